@@ -1,0 +1,13 @@
+# Run as a script: writes OUT, a C file with the bytes of each of FILES (relative to DIR).
+set(text "#include \"gpu/embedded.h\"\n")
+set(table "")
+set(i 0)
+foreach(f ${FILES})
+    file(READ ${DIR}/${f} hex HEX)
+    string(REGEX REPLACE "(..)" "0x\\1," bytes "${hex}")
+    string(APPEND text "static const unsigned char file_${i}[] = {${bytes}0};\n")
+    string(APPEND table "    {\"${f}\", (const char *)file_${i}},\n")
+    math(EXPR i "${i} + 1")
+endforeach()
+string(APPEND text "const struct embedded_file embedded_files[] = {\n${table}    {0, 0}};\n")
+file(WRITE ${OUT} "${text}")

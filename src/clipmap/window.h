@@ -1,0 +1,62 @@
+// Which rectangle of the map a clipmap level holds: pure arithmetic, no state, so that the same viewer always has the
+// same windows whatever path led there.
+//
+// The map of zoom l has 256 2^l sample rows (row 0 northmost, step pi / (256 2^l)). A window samples it in columns of
+// step 2 pi / (cols 2^k): its width is the share 2 pi / 2^k of the circle, k in [0, l], the narrowest power of two that
+// holds the ring. Window columns are numbered on that step from longitude -pi, so column j of share k lies at longitude
+// -pi + (j + 1/2) step, and j counts modulo cols 2^k. Rows beyond a pole hold the opposite meridian: row -1 - r at
+// longitude lon is row r at lon + pi. A full-circle window (k = 0) holds every column and never moves sideways.
+// A sample lives in the texture at (row mod rows, col mod cols).
+// Pure functions. Any thread.
+#ifndef PERIGEE_CLIPMAP_WINDOW_H
+#define PERIGEE_CLIPMAP_WINDOW_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+// Shape of the windows of one layer. The ring of level i >= 1 (radius pi 2^-i) needs `diameter_rows` rows across its
+// diameter: zoom l = i - 1 + log2(diameter_rows / 256); level 0 holds the whole map at the zoom of level 1.
+typedef struct window_shape {
+    int rows;          // texture rows, diameter_rows + 2 * margin
+    int cols;          // texture columns, a power of two
+    int diameter_rows; // a power of two >= 256
+} window_shape;
+
+// Heights: 288 x 512 for 256 rows across; colour: 1056 x 1024 for 1024 rows across.
+#define WINDOW_HEIGHT ((window_shape){288, 512, 256})
+#define WINDOW_COLOR  ((window_shape){1056, 1024, 1024})
+
+// A half-open rectangle of window samples: rows [row0, row1), columns [col0, col1), col1 - col0 <= cols. Empty when
+// row0 >= row1 or col0 >= col1.
+typedef struct window_rect {
+    int64_t row0, row1, col0, col1;
+} window_rect;
+
+typedef struct window {
+    int level;
+    int zoom;         // l
+    int share;        // k
+    window_rect rect; // always `rows` x `cols` samples
+} window;
+
+// The window of a level for a focus at geodetic latitude and longitude (rad). ring_bound: by how much the geodetic radius
+// may exceed the reduced one (A/B of the ellipsoid, >= 1).
+window window_at(const window_shape *shape, int level, double lat, double lon, double ring_bound);
+
+// Steps between samples, rad.
+double window_step_lat(const window *w);
+double window_step_lon(const window_shape *shape, const window *w);
+
+// Continuous sample coordinates of a place: sample (row, col) has its centre at row + 1/2, col + 1/2.
+// col is on the copy of the circle nearest to the rectangle's middle.
+void window_coordinates(const window_shape *shape, const window *w, double lat, double lon, double *row,
+                        double *col);
+
+bool window_rect_empty(window_rect r);
+window_rect window_rect_intersect(window_rect a, window_rect b);
+
+// target minus held, as at most 4 disjoint rectangles: first columns beside `held` on its rows, then whole rows.
+// Both of the same share; `held` is empty or inside `target`. Returns the count.
+int window_rect_missing(window_rect target, window_rect held, window_rect out[4]);
+
+#endif

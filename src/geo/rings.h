@@ -1,0 +1,35 @@
+// The static rings of the spherical clipmap (Clasen & Hege 2006, 3.4), on the unit sphere of reduced latitude.
+// Azimuth 0 points NORTH and grows towards EAST. Ring r lies at the angle pi 2^(-r/m) from the focus; level i owns
+// rings i m .. (i + 1) m (both ends shared with its neighbours). A vertex column c in [0, n + 2): the two meridian
+// lines (azimuth 0 and azimuth pi) stand twice, once with e~ = +SEAM, once with e~ = -SEAM, so that each half of the disc
+// has its own copy whose longitude has the right sign beyond a pole (the paper's 4.4).
+// Pure functions. Any thread.
+#ifndef PERIGEE_GEO_RINGS_H
+#define PERIGEE_GEO_RINGS_H
+
+// |e~| of the seam columns: tells the two copies apart, far below any coordinate.
+#define RING_SEAM 1e-30f
+
+typedef struct ring_params {
+    int azimuth_steps;   // n, a multiple of 2 * sectors
+    int rings_per_level; // m
+    int levels;          // rings exist for levels 0 .. levels - 1
+} ring_params;
+
+// Vertex columns in one ring: n + 2. Rings in all: levels * m + 1.
+int ring_columns(const ring_params *p);
+int ring_count(const ring_params *p);
+
+// Angle from the focus of ring r (r may be fractional), rad: pi 2^(-r/m).
+double ring_angle(const ring_params *p, double ring);
+
+// Continuous level at an angle from the focus: log2(pi / angle); 0 at the antipode, +infinity at the focus.
+double ring_level_of_angle(double angle);
+
+// n~ = sin(t) cos(az), e~ = sin(t) sin(az), v~ = 1 - cos(t) of a ring vertex, computed in double, rounded once.
+void ring_vertex(const ring_params *p, int ring, int column, float out[3]);
+
+// Direction (cos az, sin az) of a column: exact zeros and signs on the axes, +-RING_SEAM not included.
+void ring_direction(const ring_params *p, int column, double out[2]);
+
+#endif
