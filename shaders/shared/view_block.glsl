@@ -1,0 +1,16 @@
+/* Members of the uniform block `View`, the same list in C and GLSL (src/render/blocks.h, shaders/lib/view.glsl).
+   "Meridian frame": ECEF turned about z so that the focus of the rings lies on its x-z plane; origin at the camera. */
+BLOCK_MAT4(clip_from_meridian) /* reverse-Z, no far plane: depth = near / distance along the view axis */
+BLOCK_VEC4(ray_centre)         /* view ray at NDC (x, y): ray_centre + x ray_right + y ray_up; 1 along the view axis */
+BLOCK_VEC4(ray_right)
+BLOCK_VEC4(ray_up)
+BLOCK_VEC4(focus)              /* cos b, sin b of the reduced latitude b; A/B; geodetic latitude */
+BLOCK_VEC4(focus_paper)        /* b; stretch of eq. 11; d(lat)/db; blend weight of level 0 of the paper's blend */
+BLOCK_VEC4(axes)               /* A, B (m); reference height, high and low part (m) */
+BLOCK_VEC4(offset)             /* S_focus + href nv - camera (m) */
+BLOCK_VEC4(camera)             /* camera from the planet's centre, in units of A, A, B; w: its distance minus 1 */
+BLOCK_VEC4(sun)                /* unit vector to the sun, meridian frame; w: cos of the focus's longitude */
+BLOCK_VEC4(atmosphere)         /* 1 / scale height in planet radii; radius / scale height; glow strength; sin of longitude */
+BLOCK_VEC4(screen)             /* width, height (px); near plane (m); angle of one pixel (rad) */
+BLOCK_UVEC4(mode)              /* transform; 1: hardware filter; coarsest drawn level; finest drawn level */
+BLOCK_UVEC4(layers)            /* finest height level, finest colour level of the windows; rings a level; columns a ring */
