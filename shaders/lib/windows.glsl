@@ -1,0 +1,72 @@
+// Sampling the clipmap windows: bilinear in full float precision inside a level, a chain of levels from fine to coarse.
+// A level's weight falls to zero at the border of what it holds, so that a late level is never a hole and never an edge.
+#include "lib/blocks.glsl"
+
+layout(binding = 0) uniform sampler2DArray height_windows;
+
+#define RAMP_TEXELS 4.0
+#define TRANSITION 0.3 /* outer share of a level (in levels) blended with the next coarser */
+
+// Window coordinates (row, column) of a place given relative to the focus.
+vec2 window_place(vec4 map, vec2 dlonlat)
+{
+    return vec2(map.z - dlonlat.y * map.x, map.w + dlonlat.x * map.y);
+}
+
+float window_weight(vec4 valid, float fade, vec2 place)
+{
+    float inside = min(min(place.x - valid.x, valid.y - place.x), min(place.y - valid.z, valid.w - place.y));
+    return fade * clamp((inside - 1.0) / RAMP_TEXELS, 0.0, 1.0);
+}
+
+// Texel (column, row) of a window sample; rows may lie one window before or after.
+ivec2 window_texel(ivec2 sample_rc, vec4 torus, ivec2 size)
+{
+    int row = sample_rc.x + int(torus.x);
+    row = row >= size.y ? row - size.y : row < 0 ? row + size.y : row;
+    return ivec2((sample_rc.y + int(torus.y)) & (size.x - 1), row);
+}
+
+float window_height(int level, vec2 place)
+{
+    vec4 torus = levels.height_torus[level];
+    ivec2 size = textureSize(height_windows, 0).xy;
+    if (view.mode.y != 0u) {
+        vec2 uv = (place.yx + torus.yx) / vec2(size);
+        return textureLod(height_windows, vec3(uv, float(level)), 0.0).r;
+    }
+    vec2 p = place - 0.5;
+    vec2 base = floor(p);
+    vec2 f = p - base;
+    ivec2 rc = ivec2(base);
+    float h00 = texelFetch(height_windows, ivec3(window_texel(rc, torus, size), level), 0).r;
+    float h01 = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(0, 1), torus, size), level), 0).r;
+    float h10 = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(1, 0), torus, size), level), 0).r;
+    float h11 = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(1, 1), torus, size), level), 0).r;
+    float north = h00 * (1.0 - f.y) + h01 * f.y;
+    float south = h10 * (1.0 - f.y) + h11 * f.y;
+    return north * (1.0 - f.x) + south * f.x;
+}
+
+// Share of the next coarser level at a fraction f in [0, 1] of the way in from a level's outer ring.
+float transition_to_coarser(float f)
+{
+    return clamp(1.0 - f / TRANSITION, 0.0, 1.0);
+}
+
+// Height in metres at a place, `level` whole, `coarser` the share of the next coarser level.
+float chain_height(vec2 dlonlat, int level, float coarser)
+{
+    float sum = 0.0, rest = 1.0, keep = 1.0 - coarser;
+    for (int i = level; i >= 0; i--) {
+        vec2 place = window_place(levels.height_map[i], dlonlat);
+        float w = keep * window_weight(levels.height_valid[i], levels.height_torus[i].z, place);
+        keep = 1.0;
+        if (w > 0.0) {
+            sum += rest * w * window_height(i, place);
+            rest *= 1.0 - w;
+        }
+        if (rest <= 0.0) break;
+    }
+    return sum;
+}

@@ -1,0 +1,23 @@
+// Geometry says where: clip position, and the ring coordinates for the full-screen pass.
+#include "lib/blocks.glsl"
+#ifdef TEXCOORD_VERTEX
+#include "lib/map.glsl"
+#endif
+
+layout(location = 0) in vec3 position; // m, meridian frame, from the camera
+layout(location = 1) in vec3 ring;
+
+layout(location = 0) out vec2 ring_ne;
+#ifdef TEXCOORD_VERTEX
+layout(location = 1) out vec2 map_dlonlat;
+#endif
+
+void main()
+{
+    gl_Position = view.clip_from_meridian * vec4(position, 1.0);
+    ring_ne = ring.xy;
+#ifdef TEXCOORD_VERTEX
+    uint row = uint(gl_VertexID) / view.layers.w;
+    map_dlonlat = map_of_ring(ring, min(float(row) / float(view.layers.z), float(view.mode.w) + 1.0));
+#endif
+}

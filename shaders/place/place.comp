@@ -1,0 +1,58 @@
+// Places the vertices of the listed cells: static ring coordinates -> map -> height -> position relative to the camera.
+#include "lib/map.glsl"
+#include "lib/windows.glsl"
+#include "shared/position.glsl"
+
+layout(local_size_x = 64) in;
+
+// One cell: first ring row, rows, first column, columns (vertices, both ends included).
+layout(std430, binding = 0) readonly buffer Cells { uvec4 cells[]; };
+layout(std430, binding = 1) buffer Ring { float ring[]; };      // n~, e~, v~ of every vertex
+layout(std430, binding = 2) writeonly buffer Place { float place[]; }; // x, y, z (m), meridian frame, from the camera
+
+layout(location = 0) uniform uint first_cell;
+layout(location = 1) uniform uint fill_row;  // first of the fill's rows; the rings stand before it
+layout(location = 2) uniform uint fill_rows; // the fill's rings lie at 1 - j / fill_rows of the innermost ring
+
+vec3 ring_of(uint vertex)
+{
+    return vec3(ring[3u * vertex], ring[3u * vertex + 1u], ring[3u * vertex + 2u]);
+}
+
+void main()
+{
+    uvec4 cell = cells[first_cell + gl_WorkGroupID.y];
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= cell.y * cell.w) return;
+    uint row = cell.x + i / cell.w, column = cell.z + i % cell.w;
+    uint columns = view.layers.w, rings = view.layers.z, last = view.mode.w;
+    uint vertex = row * columns + column;
+    uint ring_row = row;
+    vec3 r;
+    if (row < fill_row) {
+        r = ring_of(vertex);
+    } else {
+        ring_row = (last + 1u) * rings;
+        r = ring_of(ring_row * columns + column);
+        if (row > fill_row) {
+            r.xy *= 1.0 - float(row - fill_row) / float(fill_rows);
+            float ss = r.x * r.x + r.y * r.y;
+            r.z = ss / (1.0 + sqrt(1.0 - ss));
+        }
+        ring[3u * vertex] = r.x;
+        ring[3u * vertex + 1u] = r.y;
+        ring[3u * vertex + 2u] = r.z;
+    }
+    uint level = min(ring_row / rings, last);
+    float f = float(ring_row - level * rings) / float(rings);
+    vec2 dlonlat = map_of_ring(r, float(level) + f);
+    int sampled = int(min(level, view.layers.x));
+    float coarser = level > view.layers.x ? 0.0 : transition_to_coarser(f);
+    float h = chain_height(dlonlat, sampled, coarser);
+    float x, y, z;
+    relative_position(r.x, r.y, r.z, h, view.focus.x, view.focus.y, view.axes.x, view.axes.y, view.axes.z, view.axes.w,
+                      view.offset.x, view.offset.y, view.offset.z, x, y, z);
+    place[3u * vertex] = x;
+    place[3u * vertex + 1u] = y;
+    place[3u * vertex + 2u] = z;
+}

@@ -1,0 +1,142 @@
+// Shades every pixel once: map coordinates from the ring coordinates, exactly here; colour, normal and light from there.
+#include "lib/map.glsl"
+#include "lib/windows.glsl"
+#include "lib/octahedron.glsl"
+#include "lib/atmosphere.glsl"
+
+layout(binding = 1) uniform sampler2DArray normal_windows;
+layout(binding = 2) uniform sampler2DArray color_windows;
+layout(binding = 3) uniform sampler2D ring_buffer;
+layout(binding = 4) uniform sampler2D depth_buffer;
+#ifdef TEXCOORD_VERTEX
+layout(binding = 5) uniform sampler2D map_buffer;
+#endif
+
+layout(location = 0) in vec2 ndc;
+layout(location = 0) out vec4 color;
+
+const float PI = 3.14159265358979;
+
+vec3 window_normal(int level, vec2 place)
+{
+    vec4 torus = levels.height_torus[level];
+    ivec2 size = textureSize(normal_windows, 0).xy;
+    vec2 p = place - 0.5;
+    vec2 base = floor(p);
+    vec2 f = p - base;
+    ivec2 rc = ivec2(base);
+    vec3 n00 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc, torus, size), level), 0).rg);
+    vec3 n01 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(0, 1), torus, size), level), 0).rg);
+    vec3 n10 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(1, 0), torus, size), level), 0).rg);
+    vec3 n11 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(1, 1), torus, size), level), 0).rg);
+    return mix(mix(n00, n01, f.y), mix(n10, n11, f.y), f.x);
+}
+
+// ECEF normal; `up` (ECEF) where no level is there yet.
+vec3 chain_normal(vec2 dlonlat, float level, vec3 up)
+{
+    vec3 sum = vec3(0.0);
+    float rest = 1.0;
+    float keep = 1.0 - transition_to_coarser(fract(level));
+    for (int i = int(level); i >= 0; i--) {
+        vec2 place = window_place(levels.height_map[i], dlonlat);
+        float w = keep * window_weight(levels.height_valid[i], levels.height_torus[i].z, place);
+        keep = 1.0;
+        if (w > 0.0) {
+            sum += rest * w * window_normal(i, place);
+            rest *= 1.0 - w;
+        }
+        if (rest <= 0.0) break;
+    }
+    return normalize(sum + rest * up);
+}
+
+// Linear colour, and in a the night's light.
+vec4 chain_color(vec2 dlonlat, float level)
+{
+    vec4 sum = vec4(0.0);
+    float rest = 1.0, keep = fract(level);
+    vec2 size = vec2(textureSize(color_windows, 0).xy);
+    for (int i = int(level); i >= 0; i--) {
+        vec2 place = window_place(levels.color_map[i], dlonlat);
+        float w = keep * window_weight(levels.color_valid[i], levels.color_torus[i].z, place);
+        keep = 1.0;
+        if (w > 0.0) {
+            vec2 uv = (place.yx + levels.color_torus[i].yx) / size;
+            sum += rest * w * textureLod(color_windows, vec3(uv, float(i)), 0.0);
+            rest *= 1.0 - w;
+        }
+        if (rest <= 0.0) break;
+    }
+    return sum + rest * vec4(0.12, 0.13, 0.12, 0.0);
+}
+
+vec3 scaled(vec3 v)
+{
+    return v / vec3(view.axes.x, view.axes.x, view.axes.y);
+}
+
+vec3 ecef_of_meridian(vec3 v)
+{
+    float c = view.sun.w, s = view.atmosphere.w;
+    return vec3(c * v.x - s * v.y, s * v.x + c * v.y, v.z);
+}
+
+vec3 sky(vec3 ray)
+{
+    vec3 dir = normalize(scaled(ray));
+    float along = -dot(view.camera.xyz, dir);
+    vec3 densest = view.camera.xyz + max(along, 0.0) * dir;
+    vec3 through;
+    return air_scatter(dir, -1.0, daylight(normalize(densest), view.sun.xyz), dot(normalize(ray), view.sun.xyz), through);
+}
+
+void main()
+{
+    vec3 ray = view.ray_centre.xyz + ndc.x * view.ray_right.xyz + ndc.y * view.ray_up.xyz;
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float depth = texelFetch(depth_buffer, pixel, 0).r;
+    if (depth <= 0.0) {
+        color = vec4(sky(ray), 0.0);
+        return;
+    }
+    vec3 position = ray * (view.screen.z / depth); // meridian frame, from the camera
+    float distance = length(position);
+    vec3 unit = view.camera.xyz + scaled(position);
+    vec2 ne = texelFetch(ring_buffer, pixel, 0).rg;
+    float ss = min(dot(ne, ne), 1.0), cosine = sqrt(1.0 - ss), v = ss / (1.0 + cosine);
+    if (dot(unit, vec3(view.focus.x, 0.0, view.focus.y)) < 0.0) {
+        cosine = -cosine;
+        v = 2.0 - v;
+    }
+    float angle = max(atan(sqrt(ss), cosine), 1e-9);
+    float ring_level = log2(PI / angle);
+#ifdef TEXCOORD_VERTEX
+    vec2 dlonlat = texelFetch(map_buffer, pixel, 0).rg;
+#else
+    vec2 dlonlat = map_of_ring(vec3(ne, v), ring_level);
+#endif
+    vec3 up = normalize(unit);
+    vec3 to_eye = -position / distance;
+    float footprint = distance * view.screen.w * inversesqrt(clamp(dot(up, to_eye), 0.04, 1.0));
+    float fine = log2(2.0 * PI * view.axes.x / footprint); // level of one sample across a turn / footprint
+    float height_rows = levels.height_map[0].x * PI, color_rows = levels.color_map[0].x * PI;
+    float normal_level = clamp(min(ring_level, fine - log2(height_rows)), 0.0, float(view.layers.x) + 0.999);
+    float color_level = clamp(min(ring_level, fine - log2(color_rows)), 0.0, float(view.layers.y) + 0.999);
+
+    vec3 up_ecef = ecef_of_meridian(up), sun_ecef = ecef_of_meridian(view.sun.xyz);
+    vec3 normal = chain_normal(dlonlat, normal_level, up_ecef);
+    vec4 texel = chain_color(dlonlat, color_level);
+    float steep = 1.0 - dot(normal, up_ecef);
+    vec3 albedo = mix(texel.rgb, vec3(0.14, 0.12, 0.10), 0.55 * smoothstep(0.10, 0.45, steep));
+
+    float lit = daylight(up, view.sun.xyz);
+    float direct = max(dot(normal, sun_ecef), 0.0) * lit;
+    vec3 light = 1.25 * direct + vec3(0.13, 0.16, 0.22) * lit + 0.004;
+    vec3 surface = albedo * light + texel.a * (1.0 - lit) * vec3(1.0, 0.78, 0.45);
+    vec3 through;
+    vec3 dir = scaled(position);
+    float t = length(dir);
+    vec3 haze = air_scatter(dir / t, t, lit, dot(-to_eye, view.sun.xyz), through);
+    color = vec4(surface * through + haze, 1.0);
+}

@@ -1,0 +1,42 @@
+// The rings cut into cells, the units of culling, placing and drawing: a level has `bands` x
+// `sectors` cells, the fill inside the finest drawn level one band. Vertices stand in rows of
+// ring_columns(); the fill's rows stand after the rings'. Pure functions. Any thread.
+#ifndef PERIGEE_RENDER_CELLS_H
+#define PERIGEE_RENDER_CELLS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "geo/ellipsoid.h"
+#include "geo/rings.h"
+
+enum { CELL_SECTORS = 32, CELL_BANDS = 2, CELL_FILL_RINGS = 16 };
+
+// The vertices of one cell, both ends included.
+typedef struct cell_span {
+    uint32_t row, rows, column, columns;
+} cell_span;
+
+// Cells in all: levels * bands * sectors, then the fill's sectors.
+int cell_count(const ring_params *rings);
+int cell_index(int level, int band, int sector);
+int cell_fill_index(const ring_params *rings, int sector);
+cell_span cell_vertices(const ring_params *rings, int cell);
+
+// What the camera sees, in the meridian frame of the focus: planes through the camera, inward
+// normals.
+typedef struct cell_view {
+    geo_ellipsoid ellipsoid;
+    double cb, sb;      // of the focus's reduced latitude
+    dvec3 camera;       // m from the planet's centre
+    dvec3 plane[5];     // left, right, bottom, top, front
+    double horizon;     // angle from the camera's nadir beyond which nothing shows
+    double nadir_angle; // angle between the focus and the camera's nadir
+} cell_view;
+
+// Can any terrain of the cell with heights in [low, high] be inside the frustum? `last`: finest
+// drawn level (bounds the fill). Conservative: never false for what can be seen.
+bool cell_visible(const ring_params *rings, const cell_view *view, int cell, int last, double low,
+                  double high);
+
+#endif

@@ -1,0 +1,48 @@
+// The passes of a frame that do not depend on how vertices were placed: G-buffer targets, the
+// full-screen shading pass into linear light, the resolve to the screen; and a guard that leaves a
+// foreign GL context as it was. Main only.
+#ifndef PERIGEE_RENDER_FRAME_H
+#define PERIGEE_RENDER_FRAME_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "gpu/target.h"
+#include "render/blocks.h"
+#include "render/windows.h"
+
+typedef struct frame {
+    gpu_target geometry; // ring coordinates RG32F (and map coordinates RG32F), depth 32F reversed
+    gpu_target light;    // linear RGBA16F, a = 1 on the planet
+    GLuint view_buffer, levels_buffer;
+    GLuint shade_program, resolve_program, empty_array;
+    bool texcoord_vertex;
+} frame;
+
+status frame_init(frame *f, bool texcoord_vertex);
+void frame_deinit(frame *f);
+
+// Makes the targets fit; nothing when they do already.
+status frame_resize(frame *f, int width, int height);
+size_t frame_target_bytes(const frame *f);
+
+void frame_set_blocks(frame *f, const struct view_block *view, const struct levels_block *levels);
+
+// Binds blocks, windows and the cleared G-buffer for a support geometry to draw into.
+void frame_begin_geometry(frame *f, const struct windows *w);
+void frame_shade(frame *f, const struct windows *w);
+// Draws the light into `framebuffer` over (0, 0, width, height).
+void frame_resolve(frame *f, GLuint framebuffer, bool antialias);
+
+// What of the caller's GL state the passes touch.
+struct frame_state {
+    GLint framebuffer, program, vertex_array, viewport[4], clip_origin, clip_depth, depth_func,
+        cull_mode, front_face, active_texture;
+    GLboolean depth_test, cull_face, blend, scissor, srgb, depth_mask, color_mask[4], stencil;
+};
+
+void frame_state_save(struct frame_state *s);
+void frame_state_restore(const struct frame_state *s);
+
+#endif

@@ -1,0 +1,69 @@
+#include "render/planet_handle.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+
+#define RAD(deg) ((deg) * (M_PI / 180))
+
+const char *perigee_version(void)
+{
+    return PERIGEE_VERSION;
+}
+
+const char *perigee_last_error(void)
+{
+    return log_last_error();
+}
+
+perigee_status perigee_planet_open(const char *path, const perigee_planet_params *params,
+                                   perigee_planet **out)
+{
+    perigee_planet *p = NEW(perigee_planet);
+    pyramid_params tiles = {.synthesis = !(params && params->no_synthesis),
+                            .cache_bytes = params ? params->cache_bytes : 0};
+    status s = planet_file_open(path, &p->file);
+    if (!s) s = pyramid_create(p->file, &tiles, &p->pyramid);
+    if (s) perigee_planet_close(&p);
+    *out = p;
+    return (perigee_status)s;
+}
+
+void perigee_planet_close(perigee_planet **planet)
+{
+    perigee_planet *p = *planet;
+    if (!p) return;
+    pyramid_destroy(&p->pyramid);
+    planet_file_close(&p->file);
+    free(p);
+    *planet = NULL;
+}
+
+void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *out)
+{
+    const struct planet_meta *m = planet_file_meta(planet->file);
+    *out = (perigee_planet_info){.equatorial_radius_m = m->ellipsoid.a,
+                                 .polar_radius_m = m->ellipsoid.b,
+                                 .height_min_m = m->height_min,
+                                 .height_max_m = m->height_max,
+                                 .height_zoom = m->max_zoom[LAYER_HEIGHT],
+                                 .color_zoom = m->max_zoom[LAYER_COLOR],
+                                 .night_zoom = m->max_zoom[LAYER_NIGHT]};
+    snprintf(out->name, sizeof out->name, "%s", m->name);
+    snprintf(out->attribution, sizeof out->attribution, "%s", m->attribution);
+}
+
+perigee_status perigee_planet_height(perigee_planet *planet, double lat_deg, double lon_deg,
+                                     double *height_m)
+{
+    *height_m = 0;
+    if (!(fabs(lat_deg) <= 90) || !isfinite(lon_deg)) {
+        log_error("no height at latitude %g, longitude %g: not a place", lat_deg, lon_deg);
+        return ERR_ARGUMENT;
+    }
+    return (perigee_status)pyramid_height_at(planet->pyramid, 20, RAD(lat_deg),
+                                             geo_wrap_lon(RAD(lon_deg)), height_m);
+}

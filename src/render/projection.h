@@ -1,0 +1,42 @@
+// From a camera to the numbers of a frame: the focus of the rings, the uniform block, the frustum,
+// the levels in range. Pure functions. Any thread.
+#ifndef PERIGEE_RENDER_PROJECTION_H
+#define PERIGEE_RENDER_PROJECTION_H
+
+#include "geo/camera.h"
+#include "geo/focus.h"
+#include "render/blocks.h"
+#include "render/cells.h"
+
+typedef struct projection {
+    geo_ellipsoid ellipsoid;
+    geo_camera camera;
+    dvec3 camera_ecef;
+    struct geo_focus focus; // the camera's nadir
+    dmat3 eye_from_meridian;
+    int width, height;         // px
+    double jitter_x, jitter_y; // px, by which the picture is moved
+} projection;
+
+#define PROJECTION_NEAR_M 0.1
+
+projection projection_make(geo_ellipsoid e, const geo_camera *camera, int width, int height,
+                           double jitter_x, double jitter_y);
+
+// Fills everything of the block but mode and layers.
+void projection_fill_block(const projection *p, dvec3 sun_ecef, bool sky_glow,
+                           struct view_block *block);
+
+// lowest, summit: bounds of the planet's heights.
+cell_view projection_cell_view(const projection *p, double lowest, double summit);
+
+// Point of the meridian frame, relative to the camera, at pixel (x, y) (centre of the top left
+// pixel: 0.5, 0.5) and distance z along the view axis.
+dvec3 projection_unproject(const projection *p, double x_px, double y_px, double z);
+
+// Coarsest level that can be seen (by the horizon) and finest that is worth drawing: its samples
+// (`rows` across its diameter) are no wider than a pixel on the ground `clearance` metres below.
+int projection_first_level(const cell_view *view);
+int projection_last_level(const projection *p, double clearance, int rows, int levels);
+
+#endif

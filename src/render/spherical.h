@@ -1,0 +1,38 @@
+// The spherical clipmap's support geometry: static rings, cells, placing by compute, one
+// multi-draw. Main only. Contributes where the terrain is; what it looks like is the frame's
+// full-screen pass.
+#ifndef PERIGEE_RENDER_SPHERICAL_H
+#define PERIGEE_RENDER_SPHERICAL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/status.h"
+#include "render/cells.h"
+#include "render/windows.h"
+
+struct spherical;
+
+typedef struct spherical_params {
+    ring_params rings;
+    bool texcoord_vertex;
+} spherical_params;
+
+struct spherical_counts {
+    uint64_t triangles_total, triangles_drawn, vertices_placed, draws;
+};
+
+status spherical_create(const spherical_params *params, struct spherical **out);
+void spherical_destroy(struct spherical **spherical);
+size_t spherical_gpu_bytes(const struct spherical *s);
+
+// Every vertex must be placed again: the camera's position, the focus or the heights changed.
+void spherical_invalidate(struct spherical *s);
+
+// Chooses the visible cells of levels first .. last, places those not placed yet (compute; the
+// uniform blocks and the height texture are bound), and draws them with the mesh program into the
+// framebuffer bound now.
+void spherical_draw(struct spherical *s, const struct windows *w, const cell_view *view, int first,
+                    int last, bool cull, struct spherical_counts *counts);
+
+#endif

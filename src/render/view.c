@@ -1,0 +1,319 @@
+// One frame: move the windows, upload what has come, place what is visible and stale, draw, shade,
+// resolve. A frame in which nothing changed only resolves.
+#include "render/view.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "geo/sun.h"
+#include "gpu/context.h"
+
+#define RAD(deg) ((deg) * (M_PI / 180))
+
+enum { DEFAULT_AZIMUTH_STEPS = 1024, DEFAULT_RINGS = 40, DEFAULT_LEVELS = 22, MAX_SIZE = 16384 };
+
+static double clock_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static status check_params(perigee_view_params *p)
+{
+    if (!p->azimuth_steps) p->azimuth_steps = DEFAULT_AZIMUTH_STEPS;
+    if (!p->rings_per_level) p->rings_per_level = DEFAULT_RINGS;
+    if (!p->levels) p->levels = DEFAULT_LEVELS;
+    if (!p->upload_bytes_frame) p->upload_bytes_frame = (size_t)4 << 20;
+    const char *wrong = NULL;
+    int value = 0;
+    if (p->azimuth_steps < 64 || p->azimuth_steps > 4096 || p->azimuth_steps % 64)
+        wrong = "azimuth steps (a multiple of 64 up to 4096)", value = p->azimuth_steps;
+    else if (p->rings_per_level < 2 || p->rings_per_level > 512 || p->rings_per_level % CELL_BANDS)
+        wrong = "rings a level (an even number up to 512)", value = p->rings_per_level;
+    else if (p->levels < 3 || p->levels > CLIPMAP_MAX_LEVELS)
+        wrong = "levels (3 to 24)", value = p->levels;
+    else if (p->last_level < 0 || p->last_level >= p->levels || p->first_level < 0 ||
+             (p->last_level && p->first_level > p->last_level))
+        wrong = "level range (first to last)", value = p->first_level;
+    if (!wrong) return OK;
+    log_error("impossible %s: %d", wrong, value);
+    return ERR_ARGUMENT;
+}
+
+static status create_parts(perigee_view *v)
+{
+    v->pool = pool_create(v->params.threads, 256);
+    windows_params w = {.pyramid = v->planet->pyramid,
+                        .pool = v->pool,
+                        .levels = v->params.levels,
+                        .upload_bytes_frame = v->params.upload_bytes_frame};
+    spherical_params g = {.rings = {.azimuth_steps = v->params.azimuth_steps,
+                                    .rings_per_level = v->params.rings_per_level,
+                                    .levels = v->params.levels},
+                          .texcoord_vertex = v->params.texcoord_vertex};
+    status s = windows_create(&w, &v->windows);
+    if (!s) s = spherical_create(&g, &v->spherical);
+    if (!s) s = frame_init(&v->frame, v->params.texcoord_vertex);
+    return s;
+}
+
+perigee_status perigee_view_create(perigee_planet *planet, const perigee_view_params *params,
+                                   perigee_view **out)
+{
+    *out = NULL;
+    perigee_view *v = NEW(perigee_view);
+    v->planet = planet;
+    if (params) v->params = *params;
+    v->camera = (geo_camera){.position = {.height = 2e7}, .pitch = -M_PI / 2, .fov_y = RAD(60)};
+    v->dirty = v->placed_dirty = true;
+    v->clock_s = clock_s();
+    status s = check_params(&v->params);
+    if (!s) s = gpu_context_check();
+    if (s) {
+        free(v);
+        return (perigee_status)s;
+    }
+    struct frame_state state;
+    frame_state_save(&state);
+    s = create_parts(v);
+    frame_state_restore(&state);
+    v->timer = gpu_timer_create();
+    if (s) perigee_view_destroy(&v);
+    else v->stats.gpu_bytes = windows_gpu_bytes(v->windows) + spherical_gpu_bytes(v->spherical);
+    *out = v;
+    return (perigee_status)s;
+}
+
+void perigee_view_destroy(perigee_view **view)
+{
+    perigee_view *v = *view;
+    if (!v) return;
+    windows_destroy(&v->windows);
+    spherical_destroy(&v->spherical);
+    frame_deinit(&v->frame);
+    gpu_timer_destroy(&v->timer);
+    pool_destroy(&v->pool);
+    free(v);
+    *view = NULL;
+}
+
+static status camera_error(const char *what, double value)
+{
+    log_error("impossible camera: %s %g", what, value);
+    return ERR_ARGUMENT;
+}
+
+static status check_camera(const perigee_view *v, const perigee_camera *c)
+{
+    double low = -planet_file_meta(v->planet->file)->ellipsoid.b / 2;
+    if (!(fabs(c->lat_deg) <= 90)) return camera_error("latitude", c->lat_deg);
+    if (!isfinite(c->lon_deg)) return camera_error("longitude", c->lon_deg);
+    if (!(c->alt_m >= low && c->alt_m <= 1e12)) return camera_error("altitude in metres", c->alt_m);
+    if (!isfinite(c->heading_deg)) return camera_error("heading", c->heading_deg);
+    if (!isfinite(c->pitch_deg)) return camera_error("pitch", c->pitch_deg);
+    if (!isfinite(c->roll_deg)) return camera_error("roll", c->roll_deg);
+    if (!(c->fov_deg == 0 || (c->fov_deg >= 0.01 && c->fov_deg <= 179)))
+        return camera_error("field of view in degrees", c->fov_deg);
+    return OK;
+}
+
+perigee_status perigee_view_set_camera(perigee_view *v, const perigee_camera *c)
+{
+    status s = check_camera(v, c);
+    if (s) return (perigee_status)s;
+    geo_camera n = {.position = {RAD(c->lat_deg), geo_wrap_lon(RAD(c->lon_deg)), c->alt_m},
+                    .heading = RAD(c->heading_deg),
+                    .pitch = RAD(c->pitch_deg),
+                    .roll = RAD(c->roll_deg),
+                    .fov_y = RAD(c->fov_deg > 0 ? c->fov_deg : 60)};
+    bool moved = memcmp(&n.position, &v->camera.position, sizeof n.position) != 0;
+    if (memcmp(&n, &v->camera, sizeof n)) v->dirty = true;
+    if (moved) v->placed_dirty = true;
+    v->camera = n;
+    return OK;
+}
+
+perigee_status perigee_view_set_time(perigee_view *v, double unix_time_s)
+{
+    if (!isfinite(unix_time_s)) {
+        log_error("impossible time: %g", unix_time_s);
+        return ERR_ARGUMENT;
+    }
+    v->dirty |= !v->has_time || v->time_s != unix_time_s;
+    v->has_time = true;
+    v->time_s = unix_time_s;
+    return OK;
+}
+
+void perigee_view_set_time_noon(perigee_view *v)
+{
+    v->dirty |= v->has_time;
+    v->has_time = false;
+}
+
+// Perpetual daylight: the camera's own direction pulled towards a fixed one, so that the sun stands
+// 45 to 90 degrees high everywhere and moves smoothly over poles and meridians.
+static dvec3 sun_direction(const perigee_view *v)
+{
+    if (v->has_time) return geo_sun_direction(v->time_s);
+    dvec3 fixed = {0.35, -0.52, 0.31};
+    return dvec3_normalize(dvec3_add(dvec3_normalize(v->projection.camera_ecef), fixed));
+}
+
+// Metres from the camera down to the terrain, never more than they are: the data under the camera,
+// less what synthesis may add to it (a tenth of its sample spacing).
+static double clearance(const perigee_view *v)
+{
+    const struct planet_meta *m = planet_file_meta(v->planet->file);
+    const geodetic *p = &v->camera.position;
+    if (p->height > 2 * m->height_max + 1e5) return p->height;
+    int zoom = m->max_zoom[LAYER_HEIGHT] < 0 ? 0 : m->max_zoom[LAYER_HEIGHT];
+    double ground = 0;
+    if (pyramid_height_at(v->planet->pyramid, zoom, p->lat, p->lon, &ground)) return 1;
+    return p->height - ground - 0.02 * grid_step_lat(zoom) * m->ellipsoid.a;
+}
+
+status view_prepare(perigee_view *v, int width, int height)
+{
+    if (width < 1 || height < 1 || width > MAX_SIZE || height > MAX_SIZE) {
+        log_error("impossible picture size: %d x %d (1 to %d)", width, height, MAX_SIZE);
+        return ERR_ARGUMENT;
+    }
+    const struct planet_meta *m = planet_file_meta(v->planet->file);
+    bool resized = v->frame.light.width != width || v->frame.light.height != height;
+    status s = frame_resize(&v->frame, width, height);
+    if (s) return s;
+    v->stats.gpu_bytes_targets = frame_target_bytes(&v->frame);
+    v->dirty |= resized;
+    if (!v->dirty) return OK;
+    v->projection = projection_make(m->ellipsoid, &v->camera, width, height, 0, 0);
+    cell_view cells = projection_cell_view(&v->projection, m->height_min, m->height_max);
+    v->last = v->params.last_level
+                  ? v->params.last_level
+                  : projection_last_level(&v->projection, clearance(v), 256, v->params.levels);
+    v->first = v->params.first_level ? v->params.first_level : projection_first_level(&cells);
+    if (v->first > v->last) v->first = v->last;
+    windows_move(v->windows, v->camera.position.lat, v->camera.position.lon, v->last);
+    return OK;
+}
+
+static void fill_view_block(const perigee_view *v, struct view_block *b)
+{
+    memset(b, 0, sizeof *b);
+    projection_fill_block(&v->projection, sun_direction(v), !v->params.no_sky_glow, b);
+    const uint32_t mode[4] = {v->params.transform, v->params.hardware_filter, (uint32_t)v->first,
+                              (uint32_t)v->last};
+    const uint32_t layers[4] = {(uint32_t)v->last, (uint32_t)windows_color_levels(v->windows) - 1,
+                                (uint32_t)v->params.rings_per_level,
+                                (uint32_t)v->params.azimuth_steps + 2};
+    memcpy(b->mode, mode, sizeof mode);
+    memcpy(b->layers, layers, sizeof layers);
+}
+
+void view_draw(perigee_view *v, double jitter_x, double jitter_y)
+{
+    const struct planet_meta *m = planet_file_meta(v->planet->file);
+    projection *p = &v->projection;
+    *p = projection_make(m->ellipsoid, &v->camera, p->width, p->height, jitter_x, jitter_y);
+    struct view_block view;
+    struct levels_block levels;
+    fill_view_block(v, &view);
+    windows_fill_block(v->windows, &levels);
+    frame_set_blocks(&v->frame, &view, &levels);
+    if (v->placed_dirty || windows_take_heights_changed(v->windows))
+        spherical_invalidate(v->spherical);
+    v->placed_dirty = false;
+
+    cell_view cells = projection_cell_view(p, m->height_min, m->height_max);
+    struct spherical_counts counts = {0};
+    frame_begin_geometry(&v->frame, v->windows);
+    gpu_timer_begin(v->timer, 0);
+    spherical_draw(v->spherical, v->windows, &cells, v->first, v->last, !v->params.no_cull,
+                   &counts);
+    frame_shade(&v->frame, v->windows);
+    gpu_timer_end(v->timer, 0);
+    gpu_timer_frame(v->timer);
+
+    v->stats.triangles_total = counts.triangles_total;
+    v->stats.triangles_drawn = counts.triangles_drawn;
+    v->stats.vertices_placed += counts.vertices_placed;
+    v->stats.draws += counts.draws;
+}
+
+static void count_frame(perigee_view *v, double start_s)
+{
+    struct pyramid_counters tiles;
+    pyramid_counters(v->planet->pyramid, &tiles);
+    perigee_stats *s = &v->stats;
+    s->frames++;
+    s->first_level = (uint32_t)v->first;
+    s->last_level = (uint32_t)v->last;
+    s->total_bytes_uploaded += s->bytes_uploaded;
+    s->total_vertices_placed += s->vertices_placed;
+    s->tiles_decoded = tiles.decoded;
+    s->tiles_synthesised = tiles.synthesised;
+    s->tiles_corrupt = tiles.corrupt;
+    s->gpu_ms = gpu_timer_ms(v->timer, 0);
+    s->cpu_ms = (clock_s() - start_s) * 1e3;
+    s->needs_redraw = !windows_settled(v->windows);
+}
+
+perigee_status perigee_view_render(perigee_view *v, int width, int height)
+{
+    double now = clock_s(), dt = now - v->clock_s;
+    v->clock_s = now;
+    struct frame_state state;
+    frame_state_save(&state);
+    v->stats.bytes_uploaded = v->stats.vertices_placed = v->stats.draws = 0;
+    status s = view_prepare(v, width, height);
+    if (!s) {
+        v->stats.bytes_uploaded = windows_pump(v->windows, dt);
+        bool changed = windows_take_changed(v->windows);
+        if (v->dirty || changed) view_draw(v, 0, 0);
+        v->dirty = false;
+        frame_resolve(&v->frame, (GLuint)state.framebuffer, !v->params.no_antialias);
+        v->stats.draws++;
+        count_frame(v, now);
+    }
+    frame_state_restore(&state);
+    return (perigee_status)s;
+}
+
+perigee_status perigee_view_wait(perigee_view *v, int width, int height, double timeout_s)
+{
+    double end = clock_s() + timeout_s;
+    struct frame_state state;
+    frame_state_save(&state);
+    status s = view_prepare(v, width, height);
+    while (!s) {
+        v->stats.total_bytes_uploaded += windows_pump(v->windows, -1);
+        if (windows_settled(v->windows)) break;
+        double left = end - clock_s();
+        if (left <= 0) {
+            s = ERR_TIMEOUT;
+            break;
+        }
+        // Focus unchanged: this only plans what did not fit in before.
+        windows_move(v->windows, v->camera.position.lat, v->camera.position.lon, v->last);
+        glFinish();
+        windows_wait(v->windows, fmin(left, 0.05));
+    }
+    frame_state_restore(&state);
+    return (perigee_status)s;
+}
+
+int perigee_view_missing(const perigee_view *v, char *text, size_t size)
+{
+    return windows_missing(v->windows, text, size);
+}
+
+void perigee_view_get_stats(const perigee_view *v, perigee_stats *out)
+{
+    *out = v->stats;
+}

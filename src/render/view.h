@@ -1,0 +1,38 @@
+// What stands behind perigee_view. Main only.
+#ifndef PERIGEE_RENDER_VIEW_H
+#define PERIGEE_RENDER_VIEW_H
+
+#include "gpu/timer.h"
+#include "render/frame.h"
+#include "render/planet_handle.h"
+#include "render/projection.h"
+#include "render/spherical.h"
+
+struct perigee_view {
+    perigee_planet *planet;
+    perigee_view_params params;
+    struct pool *pool;
+    struct windows *windows;
+    struct spherical *spherical;
+    frame frame;
+    struct gpu_timer *timer;
+
+    geo_camera camera;
+    bool has_time; // the sun stands where time_s says; else always high over the camera
+    double time_s;
+
+    projection projection; // of the last frame, with `levels` of it
+    int first, last;
+    bool dirty;        // something but the windows changed since the last frame
+    bool placed_dirty; // the camera moved since vertices were placed
+    double clock_s;    // of the last frame
+    perigee_stats stats;
+};
+
+// Sets up projection, levels and windows for the camera and a size; plans streaming.
+status view_prepare(perigee_view *v, int width, int height);
+
+// Draws into the light target, jittered by so many pixels; only what changed is done again.
+void view_draw(perigee_view *v, double jitter_x, double jitter_y);
+
+#endif

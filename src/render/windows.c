@@ -1,0 +1,400 @@
+// Invariant: a texel inside a level's `valid` rectangle holds that sample's height and its normal;
+// strips still to come lie outside it. Normals of a strip wait until its plan is whole, because
+// they need the neighbours.
+#include "render/windows.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "base/vec.h"
+#include "gpu/program.h"
+
+enum { MAX_COLOR_LEVELS = 18, MAX_PENDING = 64 };
+
+static const double FADE_S = 0.35;
+
+struct pending {
+    window_rect rects[MAX_PENDING];
+    int count, zoom, share;
+};
+
+struct layer {
+    struct clipmap *clipmap;
+    window_shape shape;
+    int levels;
+    GLuint texture;
+    GLenum format, type;
+    size_t texel_bytes;
+    float fade[CLIPMAP_MAX_LEVELS];
+    window_rect shown[CLIPMAP_MAX_LEVELS]; // valid as of the last pump, to notice changes
+};
+
+struct windows {
+    struct layer height, color;
+    GLuint normals, normal_program;
+    struct pending pending[CLIPMAP_MAX_LEVELS];
+    struct gpu_upload *upload;
+    geo_ellipsoid ellipsoid;
+    double lat, lon;
+    size_t gpu_bytes;
+    bool heights_changed, changed;
+};
+
+static GLuint make_array(GLenum format, const window_shape *shape, int levels, GLenum filter)
+{
+    GLuint t;
+    glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &t);
+    glTextureStorage3D(t, 1, format, shape->cols, shape->rows, levels);
+    glTextureParameteri(t, GL_TEXTURE_MIN_FILTER, (GLint)filter);
+    glTextureParameteri(t, GL_TEXTURE_MAG_FILTER, (GLint)filter);
+    glTextureParameteri(t, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    glTextureParameteri(t, GL_TEXTURE_WRAP_T, GL_REPEAT);
+    return t;
+}
+
+static size_t array_bytes(const struct layer *l, size_t texel_bytes)
+{
+    return (size_t)l->shape.rows * (size_t)l->shape.cols * (size_t)l->levels * texel_bytes;
+}
+
+static status create_layers(struct windows *w, const windows_params *p)
+{
+    const struct planet_meta *meta = pyramid_meta(p->pyramid);
+    clipmap_params c = {.layer = LAYER_HEIGHT,
+                        .shape = WINDOW_HEIGHT,
+                        .levels = p->levels,
+                        .ring_bound =
+                            fmax(w->ellipsoid.a / w->ellipsoid.b, w->ellipsoid.b / w->ellipsoid.a)};
+    w->height = (struct layer){
+        .shape = c.shape, .levels = c.levels, .format = GL_RED, .type = GL_FLOAT, .texel_bytes = 4};
+    status s = clipmap_create(p->pyramid, p->pool, &c, &w->height.clipmap);
+    if (s) return s;
+
+    // Colour finer than the data would only repeat it: level i lies at zoom i + 1.
+    int finest = meta->max_zoom[LAYER_COLOR] > meta->max_zoom[LAYER_NIGHT]
+                     ? meta->max_zoom[LAYER_COLOR]
+                     : meta->max_zoom[LAYER_NIGHT];
+    int wanted = finest + 1 < 2 ? 2 : finest + 1;
+    c.layer = LAYER_COLOR;
+    c.shape = WINDOW_COLOR;
+    c.levels = wanted < p->levels ? wanted : p->levels;
+    if (c.levels > MAX_COLOR_LEVELS) c.levels = MAX_COLOR_LEVELS;
+    w->color = (struct layer){.shape = c.shape,
+                              .levels = c.levels,
+                              .format = GL_RGBA,
+                              .type = GL_UNSIGNED_BYTE,
+                              .texel_bytes = 4};
+    return clipmap_create(p->pyramid, p->pool, &c, &w->color.clipmap);
+}
+
+static status create_textures(struct windows *w)
+{
+    while (glGetError() != GL_NO_ERROR) {
+    }
+    w->height.texture = make_array(GL_R32F, &w->height.shape, w->height.levels, GL_LINEAR);
+    w->normals = make_array(GL_RG16_SNORM, &w->height.shape, w->height.levels, GL_NEAREST);
+    w->color.texture = make_array(GL_SRGB8_ALPHA8, &w->color.shape, w->color.levels, GL_LINEAR);
+    w->gpu_bytes =
+        array_bytes(&w->height, 4) + array_bytes(&w->height, 4) + array_bytes(&w->color, 4);
+    if (glGetError() == GL_NO_ERROR) return OK;
+    log_error("the GPU refused %zu MiB of textures for the terrain windows", w->gpu_bytes >> 20);
+    return ERR_GPU;
+}
+
+status windows_create(const windows_params *params, struct windows **out)
+{
+    struct windows *w = NEW(struct windows);
+    w->ellipsoid = pyramid_meta(params->pyramid)->ellipsoid;
+    status s = create_layers(w, params);
+    if (!s) s = create_textures(w);
+    if (!s) s = gpu_upload_create(params->upload_bytes_frame, &w->upload);
+    if (!s) s = gpu_program_create_compute("normals/normals.comp", NULL, &w->normal_program);
+    if (s) windows_destroy(&w);
+    *out = w;
+    return s;
+}
+
+void windows_destroy(struct windows **windows)
+{
+    struct windows *w = *windows;
+    if (!w) return;
+    clipmap_destroy(&w->height.clipmap);
+    clipmap_destroy(&w->color.clipmap);
+    glDeleteTextures(1, &w->height.texture);
+    glDeleteTextures(1, &w->color.texture);
+    glDeleteTextures(1, &w->normals);
+    if (w->normal_program) glDeleteProgram(w->normal_program);
+    gpu_upload_destroy(&w->upload);
+    free(w);
+    *windows = NULL;
+}
+
+GLuint windows_heights(const struct windows *w)
+{
+    return w->height.texture;
+}
+
+GLuint windows_normals(const struct windows *w)
+{
+    return w->normals;
+}
+
+GLuint windows_colors(const struct windows *w)
+{
+    return w->color.texture;
+}
+
+size_t windows_gpu_bytes(const struct windows *w)
+{
+    return w->gpu_bytes;
+}
+
+int windows_color_levels(const struct windows *w)
+{
+    return w->color.levels;
+}
+
+void windows_move(struct windows *w, double lat, double lon, int last)
+{
+    w->changed |= lat != w->lat || lon != w->lon;
+    w->lat = lat;
+    w->lon = lon;
+    int last_height = last < w->height.levels ? last : w->height.levels - 1;
+    int last_color = last < w->color.levels ? last : w->color.levels - 1;
+    clipmap_move(w->height.clipmap, lat, lon, last_height);
+    clipmap_move(w->color.clipmap, lat, lon, last_color);
+}
+
+static void note_pending(struct pending *p, const clipmap_strip *strip)
+{
+    if (p->zoom != strip->window.zoom || p->share != strip->window.share) p->count = 0;
+    p->zoom = strip->window.zoom;
+    p->share = strip->window.share;
+    if (p->count < MAX_PENDING) p->rects[p->count++] = strip->rect;
+    else p->rects[0] = strip->window.rect; // too many to tell apart: the whole window
+}
+
+static bool whole_circle(const window *held)
+{
+    return held->share == 0;
+}
+
+// Normals of `rect` and of the samples around it, as far as they are valid.
+static void compute_normals(struct windows *w, const clipmap_level *l, int level, window_rect rect)
+{
+    rect = (window_rect){rect.row0 - 1, rect.row1 + 1, rect.col0 - 1, rect.col1 + 1};
+    rect = window_rect_intersect(rect, l->valid);
+    if (window_rect_empty(rect)) return;
+    const window *held = &l->held;
+    const window_shape *shape = &w->height.shape;
+    int64_t row0 = held->rect.row0, col0 = held->rect.col0;
+    int rows = (int)(rect.row1 - rect.row0), cols = (int)(rect.col1 - rect.col0);
+    int tex_row = (int)((row0 % shape->rows + shape->rows) % shape->rows);
+    int tex_col = (int)((col0 % shape->cols + shape->cols) % shape->cols);
+    double step_lat = window_step_lat(held), step_lon = window_step_lon(shape, held);
+    glUniform4i(0, (int)(rect.row0 - row0), rows, (int)(rect.col0 - col0), cols);
+    glUniform4i(1, tex_row, tex_col, level, whole_circle(held));
+    glUniform4i(2, (int)(l->valid.row0 - row0), (int)(l->valid.row1 - row0),
+                (int)(l->valid.col0 - col0), (int)(l->valid.col1 - col0));
+    glUniform4f(3, (float)(((double)row0 + 0.5) * step_lat),
+                (float)geo_wrap_lon(-M_PI + ((double)col0 + 0.5) * step_lon), (float)step_lat,
+                (float)step_lon);
+    glUniform2f(4, (float)w->ellipsoid.a, (float)w->ellipsoid.b);
+    glDispatchCompute((GLuint)(cols + 15) / 16, (GLuint)(rows + 3) / 4, 1);
+}
+
+static bool rect_equal(window_rect a, window_rect b)
+{
+    return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
+}
+
+static void update_normals(struct windows *w)
+{
+    glUseProgram(w->normal_program);
+    glBindTextureUnit(0, w->height.texture);
+    glBindImageTexture(0, w->normals, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RG16_SNORM);
+    for (int i = 0; i < w->height.levels; i++) {
+        struct pending *p = &w->pending[i];
+        if (!p->count) continue;
+        clipmap_level l = clipmap_level_state(w->height.clipmap, i);
+        if (l.held.zoom != p->zoom || l.held.share != p->share) continue;
+        if (!rect_equal(l.valid, l.held.rect)) continue;
+        for (int k = 0; k < p->count; k++) compute_normals(w, &l, i, p->rects[k]);
+        p->count = 0;
+    }
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+}
+
+static bool pump_layer(struct windows *w, struct layer *l, bool normals)
+{
+    bool any = false;
+    clipmap_strip strip;
+    while (clipmap_next_strip(l->clipmap, gpu_upload_room(w->upload), &strip)) {
+        gpu_upload_texture(w->upload, l->texture, strip.level, strip.tex_col, strip.tex_row,
+                           strip.cols, strip.rows, l->format, l->type, strip.samples, strip.bytes);
+        if (normals) note_pending(&w->pending[strip.level], &strip);
+        clipmap_uploaded(l->clipmap, &strip);
+        any = true;
+    }
+    return any;
+}
+
+// Notices what became valid, starts fades of levels filled from nothing, advances the others.
+static bool advance_fades(struct layer *l, double dt_s)
+{
+    bool changed = false;
+    for (int i = 0; i < l->levels; i++) {
+        window_rect valid = clipmap_level_state(l->clipmap, i).valid;
+        if (!rect_equal(valid, l->shown[i])) {
+            if (window_rect_empty(l->shown[i])) l->fade[i] = 0;
+            l->shown[i] = valid;
+            changed = true;
+        }
+        if (window_rect_empty(valid) || l->fade[i] >= 1) continue;
+        l->fade[i] = i == 0 || dt_s < 0 ? 1 : fminf(1, l->fade[i] + (float)(dt_s / FADE_S));
+        changed = true;
+    }
+    return changed;
+}
+
+size_t windows_pump(struct windows *w, double dt_s)
+{
+    size_t before = gpu_upload_total(w->upload);
+    if (gpu_upload_begin(w->upload)) {
+        bool heights = pump_layer(w, &w->height, true);
+        pump_layer(w, &w->color, false);
+        gpu_upload_end(w->upload);
+        if (heights) update_normals(w);
+    }
+    bool heights = advance_fades(&w->height, dt_s);
+    bool colors = advance_fades(&w->color, dt_s);
+    w->heights_changed |= heights;
+    w->changed |= heights || colors;
+    return gpu_upload_total(w->upload) - before;
+}
+
+bool windows_take_heights_changed(struct windows *w)
+{
+    bool changed = w->heights_changed;
+    w->heights_changed = false;
+    return changed;
+}
+
+bool windows_take_changed(struct windows *w)
+{
+    bool changed = w->changed;
+    w->changed = false;
+    return changed;
+}
+
+bool windows_complete(const struct windows *w)
+{
+    return clipmap_complete(w->height.clipmap, NULL) && clipmap_complete(w->color.clipmap, NULL);
+}
+
+static bool faded(const struct layer *l)
+{
+    for (int i = 0; i < l->levels; i++)
+        if (!window_rect_empty(l->shown[i]) && l->fade[i] < 1) return false;
+    return true;
+}
+
+bool windows_settled(const struct windows *w)
+{
+    return windows_complete(w) && faded(&w->height) && faded(&w->color);
+}
+
+bool windows_wait(struct windows *w, double timeout_s)
+{
+    if (!clipmap_complete(w->height.clipmap, NULL))
+        return clipmap_wait(w->height.clipmap, timeout_s);
+    return clipmap_wait(w->color.clipmap, timeout_s);
+}
+
+static int list_missing(const struct layer *l, const char *name, char *text, size_t size,
+                        size_t *used)
+{
+    int count = 0;
+    for (int i = 0; i < l->levels; i++) {
+        clipmap_level s = clipmap_level_state(l->clipmap, i);
+        if (s.complete) continue;
+        count++;
+        int n = *used < size ? snprintf(text + *used, size - *used, "%s level %d\n", name, i) : 0;
+        *used += n > 0 ? (size_t)n : 0;
+    }
+    return count;
+}
+
+int windows_missing(const struct windows *w, char *text, size_t size)
+{
+    size_t used = 0;
+    if (size) text[0] = 0;
+    int count = 0;
+    if (!clipmap_complete(w->height.clipmap, NULL))
+        count += list_missing(&w->height, "height", text, size, &used);
+    if (!clipmap_complete(w->color.clipmap, NULL))
+        count += list_missing(&w->color, "color", text, size, &used);
+    return count;
+}
+
+static void fill_level(const struct windows *w, const struct layer *l, int level, float map[4],
+                       float torus[4], float valid[4])
+{
+    clipmap_level s = clipmap_level_state(l->clipmap, level);
+    memset(map, 0, 4 * sizeof *map);
+    memset(torus, 0, 4 * sizeof *torus);
+    memset(valid, 0, 4 * sizeof *valid);
+    window held = window_rect_empty(s.valid) ? s.window : s.held;
+    double row, col;
+    window_coordinates(&l->shape, &held, w->lat, w->lon, &row, &col);
+    map[0] = (float)(1 / window_step_lat(&held));
+    map[1] = (float)(1 / window_step_lon(&l->shape, &held));
+    if (window_rect_empty(s.valid)) return;
+    int64_t row0 = held.rect.row0, col0 = held.rect.col0;
+    map[2] = (float)(row - (double)row0);
+    map[3] = (float)(col - (double)col0);
+    torus[0] = (float)((row0 % l->shape.rows + l->shape.rows) % l->shape.rows);
+    torus[1] = (float)((col0 % l->shape.cols + l->shape.cols) % l->shape.cols);
+    torus[2] = l->fade[level];
+    valid[0] = (float)(s.valid.row0 - row0);
+    valid[1] = (float)(s.valid.row1 - row0);
+    valid[2] = (float)(s.valid.col0 - col0);
+    valid[3] = (float)(s.valid.col1 - col0);
+    if (whole_circle(&held) && s.valid.col1 - s.valid.col0 == l->shape.cols) {
+        valid[2] = -1e9f;
+        valid[3] = 1e9f;
+    }
+}
+
+void windows_fill_block(const struct windows *w, struct levels_block *b)
+{
+    memset(b, 0, sizeof *b);
+    for (int i = 0; i < w->height.levels; i++)
+        fill_level(w, &w->height, i, b->height_map[i], b->height_torus[i], b->height_valid[i]);
+    for (int i = 0; i < w->color.levels; i++)
+        fill_level(w, &w->color, i, b->color_map[i], b->color_torus[i], b->color_valid[i]);
+}
+
+void windows_height_bounds(const struct windows *w, int level, double *low, double *high)
+{
+    if (level >= w->height.levels) level = w->height.levels - 1;
+    *low = INFINITY;
+    *high = -INFINITY;
+    // The level itself and the one it blends to; further down while one of them does not cover its
+    // ring alone.
+    int whole = 0;
+    for (int i = level; i >= 0 && whole < 2; i--) {
+        clipmap_level s = clipmap_level_state(w->height.clipmap, i);
+        *low = fmin(*low, s.min);
+        *high = fmax(*high, s.max);
+        whole += s.complete && w->height.fade[i] >= 1;
+    }
+    if (whole < 2) {
+        *low = fmin(*low, 0);
+        *high = fmax(*high, 0);
+    }
+}

@@ -1,0 +1,55 @@
+// The clipmap windows on the GPU: heights (R32F), normals (RG16 snorm, octahedral, ECEF), colour
+// (sRGB RGBA8, night light in A), one layer of a texture array a level, all taken at creation. Main
+// only.
+#ifndef PERIGEE_RENDER_WINDOWS_H
+#define PERIGEE_RENDER_WINDOWS_H
+
+#include <epoxy/gl.h>
+
+#include "clipmap/clipmap.h"
+#include "gpu/upload.h"
+#include "render/blocks.h"
+
+struct windows;
+
+typedef struct windows_params {
+    struct pyramid *pyramid; // borrowed, like the pool
+    struct pool *pool;
+    int levels; // of heights
+    size_t upload_bytes_frame;
+} windows_params;
+
+status windows_create(const windows_params *params, struct windows **out);
+void windows_destroy(struct windows **windows);
+
+GLuint windows_heights(const struct windows *w);
+GLuint windows_normals(const struct windows *w);
+GLuint windows_colors(const struct windows *w);
+size_t windows_gpu_bytes(const struct windows *w);
+int windows_color_levels(const struct windows *w);
+
+// Sets the focus (geodetic, rad) and the finest level wanted; plans work.
+void windows_move(struct windows *w, double lat, double lon, int last);
+
+// Uploads finished strips within the frame's budget and computes their normals. dt_s advances the
+// fades; negative: fades end now. Returns the bytes uploaded.
+size_t windows_pump(struct windows *w, double dt_s);
+
+// True when the heights (and so placed vertices), or anything, changed since the call before.
+bool windows_take_heights_changed(struct windows *w);
+bool windows_take_changed(struct windows *w);
+
+// Data is complete and no fade is under way.
+bool windows_settled(const struct windows *w);
+bool windows_complete(const struct windows *w);
+bool windows_wait(struct windows *w, double timeout_s);
+// "height level 7: 3 strips" lines; returns their number.
+int windows_missing(const struct windows *w, char *text, size_t size);
+
+void windows_fill_block(const struct windows *w, struct levels_block *block);
+
+// Bounds of every height that chain_height can return for a level, with its blends to coarser
+// levels.
+void windows_height_bounds(const struct windows *w, int level, double *low, double *high);
+
+#endif
