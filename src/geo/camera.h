@@ -5,8 +5,9 @@
 
 #include "geo/ellipsoid.h"
 
-// heading clockwise from north; pitch 0 at the horizon plane, -pi/2 straight down; roll clockwise as seen by the camera.
-// At a pole the heading counts from the meridian of `position.lon`, as everywhere.
+// heading clockwise from north; pitch 0 at the horizon plane, -pi/2 straight down; roll clockwise
+// as seen by the camera. At a pole the heading counts from the meridian of `position.lon`, as
+// everywhere.
 typedef struct geo_camera {
     geodetic position;
     double heading, pitch, roll;
@@ -16,8 +17,8 @@ typedef struct geo_camera {
 // Rotation to the eye frame: eye_from_ecef * (p - camera position in ECEF).
 dmat3 geo_eye_from_ecef(const geo_camera *c);
 
-// heading, pitch, roll of an orientation at a position; the inverse of geo_eye_from_ecef. Looking exactly up or down,
-// roll is 0 and the heading carries the turn.
+// heading, pitch, roll of an orientation at a position; the inverse of geo_eye_from_ecef. Looking
+// exactly up or down, roll is 0 and the heading carries the turn.
 void geo_camera_orient(geo_camera *c, dmat3 eye_from_ecef);
 
 #endif

@@ -1,7 +1,8 @@
 // The planet's reference ellipsoid of revolution and the three ways to say where a point is.
 //   ECEF       metres, x to (lat 0, lon 0), y to (0, 90 E), z to the north pole
 //   geodetic   latitude of the surface normal, longitude, height along the normal (rad, rad, m)
-//   reduced    latitude b with tan b = (B/A) tan(lat): the ellipsoid is D u, D = diag(A, A, B), u on the unit sphere
+//   reduced    latitude b with tan b = (B/A) tan(lat): the ellipsoid is D u, D = diag(A, A, B), u
+//   on the unit sphere
 // Pure functions. Any thread.
 #ifndef PERIGEE_GEO_ELLIPSOID_H
 #define PERIGEE_GEO_ELLIPSOID_H
@@ -37,8 +38,8 @@ dmat3 geo_ecef_from_enu(double lat, double lon);
 // lon moved by whole turns into [-pi, pi).
 double geo_wrap_lon(double lon);
 
-// Where a ray origin + t dir (t >= 0, dir unit, ECEF metres) first meets the ellipsoid grown by `height` (both axes).
-// Returns t, or NaN when it misses. From inside, the exit.
+// Where a ray origin + t dir (t >= 0, dir unit, ECEF metres) first meets the ellipsoid grown by
+// `height` (both axes). Returns t, or NaN when it misses. From inside, the exit.
 double geo_ray_ellipsoid(geo_ellipsoid e, double height, dvec3 origin, dvec3 dir);
 
 #endif

@@ -1,8 +1,11 @@
-// The static rings of the spherical clipmap (Clasen & Hege 2006, 3.4), on the unit sphere of reduced latitude.
-// Azimuth 0 points NORTH and grows towards EAST. Ring r lies at the angle pi 2^(-r/m) from the focus; level i owns
-// rings i m .. (i + 1) m (both ends shared with its neighbours). A vertex column c in [0, n + 2): the two meridian
-// lines (azimuth 0 and azimuth pi) stand twice, once with e~ = +SEAM, once with e~ = -SEAM, so that each half of the disc
-// has its own copy whose longitude has the right sign beyond a pole (the paper's 4.4).
+// The static rings of the spherical clipmap (Clasen & Hege 2006, 3.4), on the unit sphere of
+// reduced latitude. Azimuth 0 points NORTH and grows towards EAST. Ring r lies at the angle pi
+// 2^(-r/m) from the focus; level i owns rings i m .. (i + 1) m (both ends shared with its
+// neighbours). A vertex column c in [0, n + 2): the two meridian lines (azimuth 0 and azimuth pi)
+// stand twice, once with e~ = +SEAM, once with e~ = -SEAM, so that each half of the disc has its
+// own copy whose longitude has the right sign beyond a pole (the paper's 4.4). Columns 0 .. n/2 run
+// from north by east to south, columns n/2 + 1 .. n + 1 from south by west to north.
+//
 // Pure functions. Any thread.
 #ifndef PERIGEE_GEO_RINGS_H
 #define PERIGEE_GEO_RINGS_H
@@ -23,13 +26,16 @@ int ring_count(const ring_params *p);
 // Angle from the focus of ring r (r may be fractional), rad: pi 2^(-r/m).
 double ring_angle(const ring_params *p, double ring);
 
-// Continuous level at an angle from the focus: log2(pi / angle); 0 at the antipode, +infinity at the focus.
+// Continuous level at an angle from the focus: log2(pi / angle); 0 at the antipode, +infinity at
+// the focus.
 double ring_level_of_angle(double angle);
 
-// n~ = sin(t) cos(az), e~ = sin(t) sin(az), v~ = 1 - cos(t) of a ring vertex, computed in double, rounded once.
+// n~ = sin(t) cos(az), e~ = sin(t) sin(az), v~ = 1 - cos(t) of a ring vertex, computed in double,
+// rounded once.
 void ring_vertex(const ring_params *p, int ring, int column, float out[3]);
 
-// Direction (cos az, sin az) of a column: exact zeros and signs on the axes, +-RING_SEAM not included.
+// Direction (cos az, sin az) of a column: exact zeros and signs on the axes, +-RING_SEAM not
+// included.
 void ring_direction(const ring_params *p, int column, double out[2]);
 
 #endif

@@ -1,5 +1,7 @@
-// The functions of shaders/shared in C, twice: name_f in float, as the GPU computes them, and name_d in double.
-// Contracts stand at the functions. Pure functions. Any thread.
+// The functions of shaders/shared in C, twice: name_f in float, as the GPU computes them, and
+// name_d in double. Contracts stand at the functions.
+//
+// Pure functions. Any thread.
 #ifndef PERIGEE_GEO_SHARED_H
 #define PERIGEE_GEO_SHARED_H
 
