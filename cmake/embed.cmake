@@ -1,6 +1,8 @@
-# perigee_embed(target DIR): compiles every file under DIR into the target as a table of names and texts.
+# perigee_embed(target DIR): compiles every file under DIR (but hidden files and editors' backups) into the target as a
+# table of names and texts (src/gpu/embedded.h). New, changed and removed files are seen by the next build.
 function(perigee_embed target dir)
     file(GLOB_RECURSE files CONFIGURE_DEPENDS RELATIVE ${dir} ${dir}/*)
+    list(FILTER files EXCLUDE REGEX "(^|/)[.#]|~$")
     list(SORT files)
     set(out ${CMAKE_CURRENT_BINARY_DIR}/${target}_embedded.c)
     set(paths "")

@@ -160,7 +160,7 @@ static status open_any(struct gpu_context *c)
                            RTLD_LAZY); // stays open: libepoxy ends the process where it is missing
     if (!library) {
         log_error("no EGL: the library libEGL.so.1 is not installed");
-        return ERR_GPU;
+        return ERR_NOT_FOUND;
     }
     const char *client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     EGLDeviceEXT devices[MAX_DEVICES];
@@ -173,8 +173,11 @@ static status open_any(struct gpu_context *c)
         return OK;
     if (try_display(c, eglGetDisplay(EGL_DEFAULT_DISPLAY))) return OK;
     if (try_devices(c, devices, count, true)) return OK;
-    if (c->reason[0]) log_error("no OpenGL 4.5 core: %s", c->reason);
-    else log_error("no EGL display: neither a GPU nor Mesa's software driver can be opened");
+    if (!c->reason[0]) {
+        log_error("no EGL display: neither a GPU nor Mesa's software driver can be opened");
+        return ERR_NOT_FOUND;
+    }
+    log_error("no OpenGL 4.5 core: %s", c->reason);
     return ERR_GPU;
 }
 

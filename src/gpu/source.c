@@ -3,6 +3,7 @@
 // that #ifdef leaves out still arrives later.
 #include "gpu/source.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -55,27 +56,35 @@ static char *copy_text(const char *text, size_t size)
     return copy;
 }
 
-// The file's text, to be freed; NULL when it is not there or cannot be read.
-static char *read_file(const char *dir, const char *name)
+static status read_embedded(const char *name, char **out)
 {
-    if (!dir) {
-        for (const struct embedded_file *f = embedded_files; f->name; f++)
-            if (strcmp(f->name, name) == 0) return copy_text(f->text, strlen(f->text));
-        return NULL;
+    for (const struct embedded_file *f = embedded_files; f->name; f++) {
+        if (strcmp(f->name, name) != 0) continue;
+        *out = copy_text(f->text, strlen(f->text));
+        return OK;
     }
+    return ERR_NOT_FOUND;
+}
+
+// The file's text, to be freed. ERR_IO for what is there but is no text of bounded size. Logs
+// nothing.
+static status read_file(const char *dir, const char *name, char **out)
+{
+    *out = NULL;
+    if (!dir) return read_embedded(name, out);
     size_t path_size = strlen(dir) + strlen(name) + 2;
     char *path = NEW_ARRAY(char, path_size);
     snprintf(path, path_size, "%s/%s", dir, name);
     FILE *file = fopen(path, "rb");
     free(path);
-    if (!file) return NULL;
+    if (!file) return errno == ENOENT || errno == ENOTDIR ? ERR_NOT_FOUND : ERR_IO;
     char *text = NEW_ARRAY(char, MAX_TEXT + 1);
     size_t size = fread(text, 1, MAX_TEXT, file);
-    bool bad = ferror(file) || size == MAX_TEXT;
+    bool good = !ferror(file) && size < MAX_TEXT && strlen(text) == size;
     fclose(file);
-    char *kept = bad ? NULL : copy_text(text, size);
+    if (good) *out = copy_text(text, size);
     free(text);
-    return kept;
+    return good ? OK : ERR_IO;
 }
 
 // The quoted path of an #include line. 0: another line; 1: an include; -1: an include that is
@@ -145,6 +154,16 @@ static status add_lines(struct loader *l, const char *text, int number)
     return OK;
 }
 
+static status log_read_error(const struct loader *l, status s, const char *name, const char *from,
+                             int from_line)
+{
+    const char *where = l->dir ? l->dir : "the built-in shaders";
+    const char *what = s == ERR_NOT_FOUND ? "no file" : "cannot read";
+    if (from_line) log_error("shader %s:%d: %s %s in %s", from, from_line, what, name, where);
+    else log_error("shader %s: %s of that name in %s", name, what, where);
+    return s;
+}
+
 static status add_file(struct loader *l, const char *name, const char *from, int from_line)
 {
     int number = file_number(l->out, name);
@@ -152,15 +171,11 @@ static status add_file(struct loader *l, const char *name, const char *from, int
         log_error("shader %s:%d: too many or too deep includes at %s", from, from_line, name);
         return ERR_FORMAT;
     }
-    char *text = read_file(l->dir, name);
-    if (!text) {
-        const char *where = l->dir ? l->dir : "the built-in shaders";
-        if (from_line) log_error("shader %s:%d: no file %s in %s", from, from_line, name, where);
-        else log_error("shader %s: no such file in %s", name, where);
-        return ERR_NOT_FOUND;
-    }
+    char *text;
+    status s = read_file(l->dir, name, &text);
+    if (s) return log_read_error(l, s, name, from, from_line);
     l->stack[l->depth++] = number;
-    status s = add_lines(l, text, number);
+    s = add_lines(l, text, number);
     l->depth--;
     free(text);
     return s;
