@@ -1,13 +1,11 @@
-# The library other programs embed: all rooms but the app in one shared library that shows only perigee.h, with its
-# pkg-config and CMake files; and what else `cmake --install` lays down.
+# The library other programs embed: one shared library that shows only perigee.h, made of the room that implements it and
+# of what that needs from the rooms below (so no importer, no GDAL); its pkg-config and CMake files; and what else
+# `cmake --install` lays down.
 include(CMakePackageConfigHelpers)
 
-set(rooms base geo planet clipmap gpu render)
-add_library(perigee_lib SHARED)
-foreach(room ${rooms})
-    target_sources(perigee_lib PRIVATE $<TARGET_OBJECTS:perigee_${room}>)
-    target_link_libraries(perigee_lib PRIVATE perigee_${room})
-endforeach()
+add_library(perigee_lib SHARED $<TARGET_OBJECTS:perigee_render>)
+target_link_libraries(perigee_lib PRIVATE perigee_flags perigee_render)
+target_link_options(perigee_lib PRIVATE -Wl,--as-needed)
 target_include_directories(perigee_lib PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
 set_target_properties(perigee_lib PROPERTIES
     OUTPUT_NAME perigee EXPORT_NAME perigee
