@@ -11,7 +11,7 @@ declare -A arrows=(
     [clipmap]="planet geo base"
     [gpu]="base"
     [render]="clipmap planet gpu geo base"
-    [app]="clipmap planet gpu geo base"
+    [app]="render clipmap planet gpu geo base"
 )
 
 # header pattern: the rooms whose .c and .cpp files may include it
@@ -22,14 +22,14 @@ third_party=(
     '^openexr.*\.h$|^OpenEXR/ planet app'
     '^turbojpeg\.h$ planet'
     '^epoxy/|^EGL/|^GL/|^KHR/ gpu render'
-    '^GLFW/|^imgui app'
+    '^GLFW/|^imgui|^backends/imgui_ app'
     '^png\.h$|^cjson/ app'
 )
 
 standard='^(assert|complex|ctype|errno|fcntl|fenv|float|getopt|glob|inttypes|langinfo|libgen|limits|locale|malloc|math'
 standard+='|poll|pthread|sched|semaphore|setjmp|signal|spawn|stdalign|stdarg|stdatomic|stdbool|stddef|stdint|stdio'
 standard+='|stdlib|stdnoreturn|string|strings|tgmath|threads|time|unistd|wchar'
-standard+='|sys/[a-z]+|dirent|dlfcn|cstddef|cstdint|cstdio|cstdlib|cstring|cmath)(\.h)?$'
+standard+='|sys/[a-z]+|dirent|dlfcn|algorithm|cstddef|cstdint|cstdio|cstdlib|cstring|cmath)(\.h)?$'
 
 # allowed_external ROOM FILE HEADER
 allowed_external() {
@@ -51,6 +51,7 @@ allowed_local() {
     case $2 in
     perigee.h) [[ $1 == render || $1 == app ]] && return 0 || return 1 ;;
     shared/*) return 0 ;;
+    render/*) [[ $1 == render ]] && return 0 || return 1 ;; # app links it and sees perigee.h
     */*) ;;
     *) return 0 ;;
     esac
