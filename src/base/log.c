@@ -65,17 +65,28 @@ LOG_FUNCTION(log_debug, LOG_DEBUG)
 const char *status_text(status s)
 {
     switch (s) {
-    case OK: return "ok";
-    case ERR_ARGUMENT: return "impossible value";
-    case ERR_IO: return "cannot read or write";
-    case ERR_FORMAT: return "malformed content";
-    case ERR_VERSION: return "wrong schema version";
-    case ERR_MEMORY: return "out of memory";
-    case ERR_GPU: return "no usable OpenGL";
-    case ERR_NOT_FOUND: return "not found";
-    case ERR_CANCELLED: return "cancelled";
-    case ERR_TIMEOUT: return "not complete in time";
-    case ERR_UNSUPPORTED: return "not supported";
+    case OK:
+        return "ok";
+    case ERR_ARGUMENT:
+        return "impossible value";
+    case ERR_IO:
+        return "cannot read or write";
+    case ERR_FORMAT:
+        return "malformed content";
+    case ERR_VERSION:
+        return "wrong schema version";
+    case ERR_MEMORY:
+        return "out of memory";
+    case ERR_GPU:
+        return "no usable OpenGL";
+    case ERR_NOT_FOUND:
+        return "not found";
+    case ERR_CANCELLED:
+        return "cancelled";
+    case ERR_TIMEOUT:
+        return "not complete in time";
+    case ERR_UNSUPPORTED:
+        return "not supported";
     }
     return "unknown status";
 }

@@ -1,4 +1,5 @@
-// Invariant: `queued` jobs stand at jobs[head ...] modulo capacity, `busy` workers run one outside the lock.
+// Invariant: `queued` jobs stand at jobs[head ...] modulo capacity, `busy` workers run one outside
+// the lock.
 #include "base/pool.h"
 
 #include <pthread.h>

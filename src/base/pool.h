@@ -6,10 +6,12 @@
 
 struct pool;
 
-// Runs on a worker; `worker` is its index in [0, threads), so that a job may use that worker's own handles.
+// Runs on a worker; `worker` is its index in [0, threads), so that a job may use that worker's own
+// handles.
 typedef void (*pool_job)(void *arg, int worker);
 
-// `threads` >= 1 (0: one for each processor), `capacity` >= 1 waiting jobs. Aborts when threads cannot be made.
+// `threads` >= 1 (0: one for each processor), `capacity` >= 1 waiting jobs. Aborts when threads
+// cannot be made.
 struct pool *pool_create(int threads, int capacity);
 
 // Waits for every job submitted, then joins the workers.

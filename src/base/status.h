@@ -1,5 +1,6 @@
-// The one error convention: fallible functions return a status, OK = 0, results through the last pointer.
-// The function that finds a fault logs it once, naming path, tile and value; callers pass the code up.
+// The one error convention: fallible functions return a status, OK = 0, results through the last
+// pointer. The function that finds a fault logs it once, naming path, tile and value; callers pass
+// the code up.
 #ifndef PERIGEE_BASE_STATUS_H
 #define PERIGEE_BASE_STATUS_H
 

@@ -1,4 +1,5 @@
-// Vectors and 3 x 3 matrices in double precision. Pure values; matrices are rows of vectors, applied to columns.
+// Vectors and 3 x 3 matrices in double precision. Pure values; matrices are rows of vectors,
+// applied to columns.
 #ifndef PERIGEE_BASE_VEC_H
 #define PERIGEE_BASE_VEC_H
 
