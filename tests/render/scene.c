@@ -1,0 +1,125 @@
+#include "render/scene.h"
+
+#include <epoxy/gl.h>
+#include <unistd.h>
+
+#include "gpu/gpu_fixture.h"
+#include "gpu/target.h"
+
+#define RAD(deg) ((deg) * (3.14159265358979323846 / 180))
+
+static const double A = 6378137.0, B = 6356752.314245179;
+static gpu_target target;
+
+perigee_planet *scene_planet(void)
+{
+    const char *path = "analytic.planet";
+    FILE *f = fopen(path, "rb");
+    if (f) fclose(f);
+    else {
+        char own[64];
+        snprintf(own, sizeof own, "analytic-%d.planet", (int)getpid());
+        assert_int_equal(analytic_planet_make(own, 5), 0);
+        assert_int_equal(rename(own, path), 0);
+    }
+    perigee_planet *planet;
+    perigee_planet_params params = {.no_synthesis = true};
+    assert_int_equal(perigee_planet_open(path, &params, &planet), 0);
+    return planet;
+}
+
+perigee_view *scene_view(perigee_planet *planet, const perigee_view_params *params)
+{
+    perigee_view *view;
+    assert_int_equal(perigee_view_create(planet, params, &view), 0);
+    return view;
+}
+
+void scene_render(perigee_view *view, const perigee_camera *camera, int width, int height)
+{
+    if (target.width != width || target.height != height) {
+        const GLenum format[1] = {GL_RGBA8};
+        gpu_target_deinit(&target);
+        assert_int_equal(gpu_target_init(&target, width, height, format, 1, 0), 0);
+    }
+    assert_int_equal(perigee_view_set_camera(view, camera), 0);
+    assert_int_equal(perigee_view_wait(view, width, height, 60), 0);
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+    assert_int_equal(perigee_view_render(view, width, height), 0);
+}
+
+void scene_ray(const perigee_camera *c, int width, int height, double x_px, double y_px,
+               double origin[3], double direction[3])
+{
+    double lat = RAD(c->lat_deg), lon = RAD(c->lon_deg), e2 = 1 - B * B / (A * A);
+    double n = A / sqrt(1 - e2 * sin(lat) * sin(lat));
+    origin[0] = (n + c->alt_m) * cos(lat) * cos(lon);
+    origin[1] = (n + c->alt_m) * cos(lat) * sin(lon);
+    origin[2] = (n * (1 - e2) + c->alt_m) * sin(lat);
+    double east[3] = {-sin(lon), cos(lon), 0},
+           north[3] = {-sin(lat) * cos(lon), -sin(lat) * sin(lon), cos(lat)};
+    double up[3] = {cos(lat) * cos(lon), cos(lat) * sin(lon), sin(lat)};
+    double h = RAD(c->heading_deg), p = RAD(c->pitch_deg),
+           t = tan(RAD(c->fov_deg ? c->fov_deg : 60) / 2);
+    double u = (2 * x_px / width - 1) * t * width / height, v = (1 - 2 * y_px / height) * t;
+    for (int i = 0; i < 3; i++) {
+        double level = sin(h) * east[i] + cos(h) * north[i],
+               right = cos(h) * east[i] - sin(h) * north[i];
+        double ahead = cos(p) * level + sin(p) * up[i], above = cos(p) * up[i] - sin(p) * level;
+        direction[i] = ahead + u * right + v * above;
+    }
+}
+
+void scene_geodetic(const double p[3], double *lat, double *lon, double *height)
+{
+    double rho = hypot(p[0], p[1]), e2 = 1 - B * B / (A * A);
+    *lon = atan2(p[1], p[0]);
+    *lat = atan2(p[2], rho * (1 - e2));
+    for (int i = 0; i < 12; i++) {
+        double s = sin(*lat), n = A / sqrt(1 - e2 * s * s);
+        *lat = atan2(p[2] + e2 * n * s, rho);
+    }
+    double s = sin(*lat), c = cos(*lat), n = A / sqrt(1 - e2 * s * s);
+    *height = rho * c + p[2] * s - A * A / n;
+}
+
+static double above_terrain(const double o[3], const double d[3], double t)
+{
+    double p[3], lat, lon, height;
+    for (int i = 0; i < 3; i++) p[i] = o[i] + t * d[i];
+    scene_geodetic(p, &lat, &lon, &height);
+    return height - analytic_height(lat, lon);
+}
+
+double scene_trace(const double o[3], const double d[3])
+{
+    double t = 0, step = 0;
+    for (int i = 0; i < 20000; i++) {
+        double clear = above_terrain(o, d, t + step);
+        if (clear <= 0) break;
+        t += step;
+        // The field's slope is far below 0.1, so a step of half the clearance cannot cross it.
+        step = fmax(0.5 * clear, 0.5);
+        if (clear > 2e8 || t > 1e9) return NAN;
+        if (i == 19999) return NAN;
+    }
+    double low = t, high = t + step;
+    for (int i = 0; i < 80; i++) {
+        double mid = 0.5 * (low + high);
+        if (above_terrain(o, d, mid) > 0) low = mid;
+        else high = mid;
+    }
+    return 0.5 * (low + high);
+}
+
+int scene_setup(void **state)
+{
+    (void)state;
+    return gpu_fixture_setup(state);
+}
+
+int scene_teardown(void **state)
+{
+    gpu_target_deinit(&target);
+    return gpu_fixture_teardown(state);
+}

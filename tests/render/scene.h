@@ -1,0 +1,40 @@
+// What the render tests share: an analytic planet imported through the real path, a headless
+// context, and a plain camera model of their own (no src/geo, no src/render), so that what is
+// rendered is judged by independent arithmetic.
+#ifndef PERIGEE_TESTS_RENDER_SCENE_H
+#define PERIGEE_TESTS_RENDER_SCENE_H
+
+#include "check.h"
+
+#include "perigee.h"
+#include "planet/analytic_planet.h"
+
+enum { SCENE_WIDTH = 320, SCENE_HEIGHT = 240 };
+
+// The analytic planet (made once a process tree: reused when it exists) opened; fails the test when
+// it cannot be.
+perigee_planet *scene_planet(void);
+
+// A view of it; params may be NULL.
+perigee_view *scene_view(perigee_planet *planet, const perigee_view_params *params);
+
+// Sets the camera, waits for all data and renders into a framebuffer of the scene's size.
+void scene_render(perigee_view *view, const perigee_camera *camera, int width, int height);
+
+// ECEF ray of a pixel centre: origin, and a direction of length 1 along the view axis.
+void scene_ray(const perigee_camera *camera, int width, int height, double x_px, double y_px,
+               double origin[3], double direction[3]);
+
+// Geodetic latitude, longitude (rad) and height of an ECEF point on WGS84, by fixed-point
+// iteration.
+void scene_geodetic(const double ecef[3], double *lat, double *lon, double *height);
+
+// Distance along the ray (in units of `direction`) to the analytic terrain, NaN for sky: marching,
+// then bisection.
+double scene_trace(const double origin[3], const double direction[3]);
+
+// cmocka group fixtures: the headless context. Exits 77 when there is no EGL.
+int scene_setup(void **state);
+int scene_teardown(void **state);
+
+#endif

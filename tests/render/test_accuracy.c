@@ -1,0 +1,97 @@
+// The rendered depth of the analytic planet against tracing it in double precision, from space, air
+// and ground, at the equator, 60 N and both poles. Error in pixels: what separates rendered point
+// and surface, seen from the camera.
+#include "render/scene.h"
+
+enum { PIXELS = 1500 };
+
+struct result {
+    double rms, p999, worst;
+    int compared, silhouette;
+};
+
+static int compare_double(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Error of a pixel in pixels: the rendered point's height above or below the true surface,
+// foreshortened not at all, over the size of a pixel there. NaN when it does not count.
+static double pixel_error(const perigee_camera *c, const double o[3], const double d[3], double z)
+{
+    double p[3], lat, lon, height;
+    for (int i = 0; i < 3; i++) p[i] = o[i] + z * d[i];
+    scene_geodetic(p, &lat, &lon, &height);
+    double pixel = 2 * z * tan(c->fov_deg * M_PI / 360) / SCENE_HEIGHT;
+    return fabs(height - analytic_height(lat, lon)) / pixel;
+}
+
+static struct result compare(const perigee_camera *c, const float *z, struct check_random *r)
+{
+    static double errors[PIXELS];
+    struct result s = {0};
+    double sum = 0;
+    for (int i = 0; i < PIXELS; i++) {
+        int x = (int)check_random_range(r, 0, SCENE_WIDTH),
+            y = (int)check_random_range(r, 0, SCENE_HEIGHT);
+        double o[3], d[3], rendered = z[y * SCENE_WIDTH + x];
+        scene_ray(c, SCENE_WIDTH, SCENE_HEIGHT, x + 0.5, y + 0.5, o, d);
+        double truth = scene_trace(o, d);
+        if (isnan(truth) != isnan(rendered)) s.silhouette++;
+        if (isnan(truth) || isnan(rendered)) continue;
+        double e = pixel_error(c, o, d, rendered);
+        errors[s.compared++] = e;
+        sum += e * e;
+    }
+    if (!s.compared) return s;
+    qsort(errors, (size_t)s.compared, sizeof *errors, compare_double);
+    s.rms = sqrt(sum / s.compared);
+    s.p999 = errors[(int)(0.999 * (s.compared - 1))];
+    s.worst = errors[s.compared - 1];
+    return s;
+}
+
+static void test_depth_is_the_terrain(void **state)
+{
+    (void)state;
+    static float z[SCENE_WIDTH * SCENE_HEIGHT];
+    const double places[][2] = {{0, 0},       {0.3, 179.99}, {60, 25},    {90, 0},
+                                {89.97, 130}, {-90, 0},      {-89.2, -77}};
+    const struct {
+        const char *name;
+        double above, pitch;
+    } heights[] = {{"space", 1.2e7, -90}, {"air", 20000, -25}, {"ground", 100, -8}};
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    struct check_random r = {99};
+    for (int h = 0; h < 3; h++) {
+        for (int i = 0; i < 7; i++) {
+            perigee_camera c = {
+                .lat_deg = places[i][0], .lon_deg = places[i][1], .heading_deg = 40, .fov_deg = 60};
+            c.alt_m = heights[h].above +
+                      (h ? analytic_height(c.lat_deg * M_PI / 180, c.lon_deg * M_PI / 180) : 0);
+            c.pitch_deg = heights[h].pitch;
+            scene_render(view, &c, SCENE_WIDTH, SCENE_HEIGHT);
+            perigee_planes planes = {.z_m = z};
+            assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+            struct result s = compare(&c, z, &r);
+            print_message("%-6s %8.3f %8.3f: rms %.4f  99.9 %% %.4f  worst %.4f px, %d points, %d "
+                          "on the silhouette\n",
+                          heights[h].name, c.lat_deg, c.lon_deg, s.rms, s.p999, s.worst, s.compared,
+                          s.silhouette);
+            assert_true(s.compared > PIXELS / 4);
+            assert_true(s.rms <= 0.5);
+            assert_true(s.p999 <= 2);
+            assert_true(s.silhouette <= PIXELS / 200);
+        }
+    }
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_depth_is_the_terrain)};
+    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+}

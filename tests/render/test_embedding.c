@@ -1,0 +1,114 @@
+// A foreign context keeps its state, and impossible values are refused with one clear line.
+#include "render/scene.h"
+
+#include <epoxy/gl.h>
+
+#include "base/log.h"
+
+static void test_state_is_left_alone(void **state)
+{
+    (void)state;
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    perigee_camera c = {.lat_deg = 10, .alt_m = 1e7, .pitch_deg = -90};
+    scene_render(view, &c, 64, 64);
+    glEnable(GL_BLEND);
+    glEnable(GL_SCISSOR_TEST);
+    glDisable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LEQUAL);
+    glDepthMask(GL_FALSE);
+    glViewport(3, 4, 5, 6);
+    glScissor(0, 0, 1, 1);
+    glFrontFace(GL_CW);
+    GLint framebuffer, found, viewport[4];
+    glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
+    c.heading_deg = 5;
+    assert_int_equal(perigee_view_set_camera(view, &c), 0);
+    assert_int_equal(perigee_view_render(view, 64, 64), 0);
+    assert_true(glIsEnabled(GL_BLEND));
+    assert_true(glIsEnabled(GL_SCISSOR_TEST));
+    assert_false(glIsEnabled(GL_DEPTH_TEST));
+    glGetIntegerv(GL_DEPTH_FUNC, &found);
+    assert_int_equal(found, GL_LEQUAL);
+    glGetIntegerv(GL_FRONT_FACE, &found);
+    assert_int_equal(found, GL_CW);
+    glGetIntegerv(GL_CLIP_DEPTH_MODE, &found);
+    assert_int_equal(found, GL_NEGATIVE_ONE_TO_ONE);
+    glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &found);
+    assert_int_equal(found, framebuffer);
+    glGetIntegerv(GL_VIEWPORT, viewport);
+    assert_int_equal(viewport[2], 5);
+    uint8_t pixel[4] = {0};
+    glReadPixels(32, 32, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixel);
+    assert_true(pixel[0] + pixel[1] + pixel[2] >
+                30); // drawn although the caller's scissor was one pixel
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    glDisable(GL_BLEND);
+    glDisable(GL_SCISSOR_TEST);
+    glDepthMask(GL_TRUE);
+    glFrontFace(GL_CCW);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+static void test_impossible_values(void **state)
+{
+    (void)state;
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    const struct {
+        perigee_camera c;
+        const char *says;
+    } cases[] = {
+        {{.lat_deg = 91}, "latitude"},        {{.lat_deg = NAN}, "latitude"},
+        {{.lon_deg = INFINITY}, "longitude"}, {{.alt_m = -7e6}, "altitude"},
+        {{.alt_m = NAN}, "altitude"},         {{.fov_deg = 180}, "field of view"},
+        {{.fov_deg = -3}, "field of view"},   {{.pitch_deg = NAN}, "pitch"},
+    };
+    log_set_level((enum log_level) - 1);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        assert_int_not_equal(perigee_view_set_camera(view, &cases[i].c), 0);
+        assert_non_null(strstr(perigee_last_error(), cases[i].says));
+    }
+    assert_int_not_equal(perigee_view_render(view, 0, 10), 0);
+    assert_non_null(strstr(perigee_last_error(), "0 x 10"));
+    assert_int_not_equal(perigee_view_render(view, 10, 100000), 0);
+    perigee_view_params bad = {.azimuth_steps = 100};
+    perigee_view *none;
+    assert_int_not_equal(perigee_view_create(planet, &bad, &none), 0);
+    assert_null(none);
+    assert_non_null(strstr(perigee_last_error(), "100"));
+    log_set_level(LOG_INFO);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+// Late data: nothing is loaded, a frame is drawn all the same, and what is missing is told.
+static void test_missing_is_told(void **state)
+{
+    (void)state;
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    perigee_camera c = {.lat_deg = 10, .alt_m = 5e4, .pitch_deg = -30};
+    assert_int_equal(perigee_view_set_camera(view, &c), 0);
+    assert_int_not_equal(perigee_view_wait(view, 64, 64, 0), 0);
+    char text[4096];
+    int missing = perigee_view_missing(view, text, sizeof text);
+    assert_true(missing > 0);
+    assert_non_null(strstr(text, "height level"));
+    assert_int_equal(perigee_view_wait(view, 64, 64, 60), 0);
+    assert_int_equal(perigee_view_missing(view, text, sizeof text), 0);
+    assert_string_equal(text, "");
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_state_is_left_alone),
+        cmocka_unit_test(test_impossible_values),
+        cmocka_unit_test(test_missing_is_told),
+    };
+    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+}
