@@ -1,0 +1,122 @@
+#include "app/option_table.h"
+
+#include "app/camera_string.h"
+#include "app/option_values.h"
+
+#define V (1u << COMMAND_VIEW)
+#define R (1u << COMMAND_RENDER)
+#define F (1u << COMMAND_FLY)
+#define M (1u << COMMAND_IMPORT)
+#define N (1u << COMMAND_INFO)
+
+#define AT(member)               offsetof(struct options, member)
+#define FLAG(member)             OPTION_FLAG, AT(member), 0, 0, NULL, NULL
+#define UNFLAG(member)           OPTION_UNFLAG, AT(member), 0, 0, NULL, NULL
+#define TEXT(member, what)       OPTION_TEXT, AT(member), 0, 0, NULL, what
+#define NUMBER(member, a, b, p)  OPTION_NUMBER, AT(member), a, b, NULL, p
+#define INTEGER(member, a, b, p) OPTION_INTEGER, AT(member), a, b, NULL, p
+#define VALUE(function, what)    OPTION_VALUE, 0, 0, 0, function, what
+#define OPTIONAL(function, what) OPTION_OPTIONAL, 0, 0, 0, function, what
+
+// clang-format off
+const struct option_spec option_table[] = {
+    {"height", 0, M, GROUP_IMPORT, OPTIONAL(option_height_layer, "RASTER..."),
+     "the rasters that follow are heights, in metres; later ones lie on top"},
+    {"color", 0, M, GROUP_IMPORT, OPTIONAL(option_color_layer, "RASTER..."),
+     "the rasters that follow are colour (RGB or RGBA)"},
+    {"night", 0, M, GROUP_IMPORT, OPTIONAL(option_night_layer, "RASTER..."),
+     "the rasters that follow are lights seen at night"},
+    {"body", 0, M, GROUP_IMPORT, VALUE(option_body, "BODY"),
+     "earth (WGS84, default), moon, mars, or a JSON file with \"equatorialRadius\" and \"polarRadius\" in metres"},
+    {"bounds", 0, M, GROUP_IMPORT, VALUE(option_bounds, "W,S,E,N"),
+     "import only this part, in degrees (default: all that the rasters cover)"},
+    {"name", 0, M, GROUP_IMPORT, TEXT(name, "TEXT"),
+     "name of the planet (default: the body, else the output's file name)"},
+    {"attribution", 0, M, GROUP_IMPORT, TEXT(attribution, "TEXT"),
+     "who is to be credited for the data; shown with every picture"},
+    {"earth", 0, M, GROUP_IMPORT, FLAG(earth),
+     "make the default Earth from the atlas in Debian's package marble-qt-data"},
+    {"bathymetry", 0, M, GROUP_IMPORT, FLAG(bathymetry),
+     "with --earth: keep the sea floor (default: the sea lies flat at 0 m)"},
+    {"atlas", 0, M, GROUP_IMPORT, TEXT(atlas_dir, "DIR"),
+     "with --earth: where the atlas's maps are (default /usr/share/marble/data/maps)"},
+    {"resume", 0, M, GROUP_IMPORT, FLAG(resume), "go on with an import that was interrupted"},
+    {"force", 0, M, GROUP_IMPORT, FLAG(force), "replace the output if it exists"},
+
+    {"lat", 0, V | R, GROUP_CAMERA, NUMBER(camera.lat_deg, -90, 90, "DEG"),
+     "geodetic latitude, -90..90 (default 20)"},
+    {"lon", 0, V | R, GROUP_CAMERA, NUMBER(camera.lon_deg, -360, 360, "DEG"),
+     "longitude, east positive, -360..360 (default 10)"},
+    {"alt", 0, V | R, GROUP_CAMERA, NUMBER(camera.alt_m, CAMERA_ALT_MIN, CAMERA_ALT_MAX, "M"),
+     "altitude above the ellipsoid in metres (default: pi radii, 20,000 km over the Earth)"},
+    {"above-ground", 0, V | R, GROUP_CAMERA, NUMBER(above_ground_m, 0.5, CAMERA_ALT_MAX, "M"),
+     "altitude above the terrain in metres, instead of --alt"},
+    {"heading", 0, V | R, GROUP_CAMERA, NUMBER(camera.heading_deg, -360, 360, "DEG"),
+     "clockwise from north (default 0)"},
+    {"pitch", 0, V | R, GROUP_CAMERA, NUMBER(camera.pitch_deg, -90, 90, "DEG"),
+     "0 is the horizon, -90 straight down (default -90)"},
+    {"roll", 0, V | R, GROUP_CAMERA, NUMBER(camera.roll_deg, -180, 180, "DEG"), "clockwise (default 0)"},
+    {"fov", 0, V | R, GROUP_CAMERA, NUMBER(camera.fov_deg, CAMERA_FOV_MIN, CAMERA_FOV_MAX, "DEG"),
+     "vertical field of view, 0.01..179 (default 60)"},
+    {"camera", 0, V | R, GROUP_CAMERA, VALUE(option_camera, "TEXT"),
+     "all at once: lat,lon,alt[,heading,pitch[,roll[,fov]]] or a geo: URI with ;heading= ;pitch= ;roll= ;fov="},
+
+    {"path", 0, F, GROUP_FLIGHT, TEXT(path, "FILE"),
+     "flight in JSON: key views with time, lat, lon, alt or aboveGround, heading, pitch"},
+    {"fps", 0, F, GROUP_FLIGHT, NUMBER(fps, 0.01, 1000, "N"), "frames for each second of flight (default 30)"},
+    {"start", 0, F, GROUP_FLIGHT, NUMBER(start_s, 0, 1e6, "S"), "begin at this second of the flight (default 0)"},
+    {"end", 0, F, GROUP_FLIGHT, NUMBER(end_s, 0, 1e6, "S"), "end at this second (default: the flight's end)"},
+
+    {"size", 0, V | R | F, GROUP_PICTURE, VALUE(option_size, "WxH"),
+     "pixels, 1..16384 each (default 1280x960; fly: 1280x720)"},
+    {"samples", 0, R | F, GROUP_PICTURE, INTEGER(samples, 1, 8, "N"),
+     "supersampling of PNGs, N x N a pixel, 1..8 (default 2; fly: 1)"},
+    {"time", 0, V | R | F, GROUP_PICTURE, VALUE(option_time, "TIME"),
+     "where the sun stands: UTC as YYYY-MM-DDTHH:MM[:SS]Z, or noon at the camera (default)"},
+
+    {"output", 'o', R | F | M, GROUP_OUTPUT, TEXT(output, "FILE"),
+     "render: .png, or .exr with depth and position a pixel; fly: a pattern such as frames/%05d.png; "
+     "import: the planet file"},
+    {"half", 0, R, GROUP_OUTPUT, FLAG(half), "16-bit colour in EXR (default 32-bit; the other channels always are)"},
+    {"stats", 0, R | F, GROUP_OUTPUT, TEXT(stats, "FILE"),
+     "write what each frame cost, one line of JSON a frame"},
+    {"contact-sheet", 0, F, GROUP_OUTPUT, TEXT(contact_sheet, "FILE"),
+     "also write one PNG with small copies of evenly spaced frames"},
+    {"contact-grid", 0, F, GROUP_OUTPUT, VALUE(option_grid, "NxM"), "columns and rows of the contact sheet (default 5x4)"},
+    {"resume", 0, F, GROUP_OUTPUT, FLAG(resume), "keep frames of the right size that are there already"},
+
+    {"wait", 0, R | F, GROUP_DATA, UNFLAG(no_wait), "render when all visible data is there (default)"},
+    {"no-wait", 0, R | F, GROUP_DATA, FLAG(no_wait), "render with the data that is there"},
+    {"timeout", 0, R | F, GROUP_DATA, NUMBER(timeout_s, 0, 86400, "S"),
+     "give up waiting for a frame's data after S seconds, list what was missing and exit with 1 (default 60)"},
+    {"threads", 0, V | R | F | M, GROUP_DATA, INTEGER(view_params.threads, 1, 256, "N"),
+     "worker threads, 1..256 (default: one for each processor)"},
+    {"cache-bytes", 0, V | R | F, GROUP_DATA, VALUE(option_bytes, "N[K|M|G]"),
+     "memory for decoded tiles (default 256M)"},
+    {"no-synthesis", 0, V | R | F, GROUP_DATA, FLAG(planet_params.no_synthesis),
+     "show only what the data says, no synthesised detail"},
+
+    {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"), "how vertices are placed: spherical"},
+    {"transform", 0, V | R | F, GROUP_METHOD, VALUE(option_transform, "NAME"),
+     "stable (default), exact, approx or blend"},
+    {"filter", 0, V | R | F, GROUP_METHOD, VALUE(option_filter, "NAME"),
+     "height filter: emulated in full float (default) or hardware"},
+    {"texcoord", 0, V | R | F, GROUP_METHOD, VALUE(option_texcoord, "WHERE"),
+     "map coordinates by fragment (default) or vertex"},
+    {"no-cull", 0, V | R | F, GROUP_METHOD, FLAG(view_params.no_cull), "draw every sector of every level in range"},
+    {"levels", 0, V | R | F, GROUP_METHOD, VALUE(option_levels, "A-B"),
+     "draw the levels A to B, 0..23 (default: by horizon and pixel size)"},
+    {"azimuth-steps", 0, V | R | F, GROUP_METHOD, VALUE(option_azimuth_steps, "N"),
+     "vertices around a ring, a multiple of 64, 64..4096 (default 1024)"},
+    {"rings", 0, V | R | F, GROUP_METHOD, INTEGER(view_params.rings_per_level, 2, 512, "M"),
+     "rings a level, 2..512 (default 40)"},
+    {"shader-dir", 0, V | R | F, GROUP_METHOD, TEXT(shader_dir, "DIR"), "read shaders from DIR instead of the built-in ones"},
+
+    {"json", 0, N, GROUP_GENERAL, FLAG(json), "print JSON"},
+    {"quiet", 'q', V | R | F | M | N, GROUP_GENERAL, FLAG(quiet), "no progress and no notes on standard error"},
+    {"verbose", 'v', V | R | F | M | N, GROUP_GENERAL, FLAG(verbose), "more notes on standard error"},
+    {"help", 'h', V | R | F | M | N, GROUP_GENERAL, FLAG(help), "this text"},
+};
+// clang-format on
+
+const int option_count = sizeof option_table / sizeof option_table[0];

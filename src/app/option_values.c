@@ -1,0 +1,217 @@
+#include "app/option_values.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "app/body_file.h"
+#include "app/camera_string.h"
+#include "app/number.h"
+#include "base/log.h"
+#include "geo/sun.h"
+
+enum { SIZE_MAX_PX = 16384, GRID_MAX_CELLS = 64, LEVEL_MAX = 23, AZIMUTH_MAX = 4096 };
+
+static status refuse(const char *name, const char *value, const char *wanted)
+{
+    log_error("--%s %s: not %s", name, value, wanted);
+    return ERR_ARGUMENT;
+}
+
+// Two whole numbers with one character between them.
+static bool parse_pair(const char *text, char separator, int low, int high, int out[2])
+{
+    const char *middle = strchr(text, separator);
+    char first[16];
+    long long a, b;
+    if (!middle || (size_t)(middle - text) >= sizeof first) return false;
+    memcpy(first, text, (size_t)(middle - text));
+    first[middle - text] = '\0';
+    if (!number_parse_integer(first, &a) || !number_parse_integer(middle + 1, &b)) return false;
+    if (a < low || a > high || b < low || b > high) return false;
+    out[0] = (int)a;
+    out[1] = (int)b;
+    return true;
+}
+
+status option_camera(struct options *o, const char *name, const char *value)
+{
+    (void)name;
+    return camera_string_parse(value, &o->camera);
+}
+
+status option_time(struct options *o, const char *name, const char *value)
+{
+    o->time_given = strcmp(value, "noon") != 0;
+    if (o->time_given && geo_time_parse(value, &o->unix_time_s) != 0)
+        return refuse(name, value, "noon nor a time such as 2026-06-21T10:00Z");
+    return OK;
+}
+
+status option_size(struct options *o, const char *name, const char *value)
+{
+    int size[2];
+    if (!parse_pair(value, 'x', 1, SIZE_MAX_PX, size))
+        return refuse(name, value, "WxH with 1..16384 each");
+    o->width = size[0];
+    o->height = size[1];
+    return OK;
+}
+
+status option_grid(struct options *o, const char *name, const char *value)
+{
+    int size[2];
+    if (!parse_pair(value, 'x', 1, GRID_MAX_CELLS, size))
+        return refuse(name, value, "NxM with 1..64 each");
+    o->sheet_columns = size[0];
+    o->sheet_rows = size[1];
+    return OK;
+}
+
+// The index of value among count names, or -1.
+static int find_name(const char *value, const char *const *names, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (strcmp(value, names[i]) == 0) return i;
+    return -1;
+}
+
+status option_transform(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"stable", "exact", "approx", "blend"};
+    int found = find_name(value, names, 4);
+    if (found < 0) return refuse(name, value, "stable, exact, approx or blend");
+    o->view_params.transform = (enum perigee_transform)found;
+    return OK;
+}
+
+status option_filter(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"emulated", "hardware"};
+    int found = find_name(value, names, 2);
+    if (found < 0) return refuse(name, value, "emulated or hardware");
+    o->view_params.hardware_filter = found == 1;
+    return OK;
+}
+
+status option_texcoord(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"fragment", "vertex"};
+    int found = find_name(value, names, 2);
+    if (found < 0) return refuse(name, value, "vertex or fragment");
+    o->view_params.texcoord_vertex = found == 1;
+    return OK;
+}
+
+status option_mode(struct options *o, const char *name, const char *value)
+{
+    (void)o;
+    if (strcmp(value, "spherical") != 0)
+        return refuse(name, value, "spherical, the one mode this version offers");
+    return OK;
+}
+
+status option_levels(struct options *o, const char *name, const char *value)
+{
+    int range[2];
+    if (!parse_pair(value, '-', 0, LEVEL_MAX, range) || range[0] > range[1])
+        return refuse(name, value, "A-B with 0 <= A <= B <= 23");
+    o->view_params.first_level = range[0];
+    o->view_params.last_level = range[1];
+    o->view_params.levels = range[1] >= 22 ? range[1] + 1 : 0;
+    return OK;
+}
+
+status option_azimuth_steps(struct options *o, const char *name, const char *value)
+{
+    long long n;
+    if (!number_parse_integer(value, &n) || n < 64 || n > AZIMUTH_MAX || n % 64 != 0)
+        return refuse(name, value, "a multiple of 64 in 64..4096");
+    o->view_params.azimuth_steps = (int)n;
+    return OK;
+}
+
+status option_bytes(struct options *o, const char *name, const char *value)
+{
+    static const char units[] = "KMG";
+    char digits[24];
+    size_t length = strlen(value);
+    const char *unit = length ? strchr(units, value[length - 1]) : NULL;
+    if (length == 0 || length >= sizeof digits) return refuse(name, value, "a number of bytes");
+    memcpy(digits, value, length + 1);
+    if (unit) digits[length - 1] = '\0';
+    int shift = unit ? 10 * (int)(unit - units + 1) : 0;
+    long long n;
+    if (!number_parse_integer(digits, &n) || n < 1 || n > (1LL << (40 - shift)))
+        return refuse(name, value, "a number of bytes from 1 to 1024G, such as 256M");
+    o->planet_params.cache_bytes = (size_t)n << shift;
+    return OK;
+}
+
+status option_bounds(struct options *o, const char *name, const char *value)
+{
+    double b[4];
+    bool good = number_parse_list(value, ',', b, 4) == 4 && b[0] >= -180 && b[0] < b[2] &&
+                b[2] <= 180 && b[1] >= -90 && b[1] < b[3] && b[3] <= 90;
+    if (!good)
+        return refuse(name, value,
+                      "W,S,E,N in degrees with -180 <= W < E <= 180 and -90 <= S < N <= 90");
+    memcpy(o->bounds_deg, b, sizeof b);
+    return OK;
+}
+
+status option_body(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"earth", "moon", "mars"};
+    static const char *const titles[] = {"Earth", "Moon", "Mars"};
+    static const geo_ellipsoid ellipsoids[] = {
+        {6378137.0, 6356752.314245179}, // WGS84
+        {1737400.0, 1737400.0},         // IAU 2015
+        {3396190.0, 3376200.0},         // IAU 2015
+    };
+    int found = find_name(value, names, 3);
+    if (found >= 0) {
+        o->ellipsoid = ellipsoids[found];
+        o->body_name = titles[found];
+        return OK;
+    }
+    if (access(value, F_OK) != 0)
+        return refuse(name, value, "earth, moon, mars or a JSON file that is there");
+    status s = body_file_load(value, &o->ellipsoid, o->body_text, sizeof o->body_text);
+    if (!s) o->body_name = o->body_text;
+    return s;
+}
+
+static status set_layer(struct options *o, enum tile_layer layer, const char *value)
+{
+    o->source_layer = layer;
+    return value ? option_add_source(o, value) : OK;
+}
+
+status option_height_layer(struct options *o, const char *name, const char *value)
+{
+    (void)name;
+    return set_layer(o, LAYER_HEIGHT, value);
+}
+
+status option_color_layer(struct options *o, const char *name, const char *value)
+{
+    (void)name;
+    return set_layer(o, LAYER_COLOR, value);
+}
+
+status option_night_layer(struct options *o, const char *name, const char *value)
+{
+    (void)name;
+    return set_layer(o, LAYER_NIGHT, value);
+}
+
+status option_add_source(struct options *o, const char *path)
+{
+    if (o->source_layer == LAYER_COUNT) {
+        log_error("%s: --height, --color or --night must come before it and say what it is", path);
+        return ERR_ARGUMENT;
+    }
+    o->sources[o->source_count++] = (import_source){o->source_layer, path};
+    return OK;
+}

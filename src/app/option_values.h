@@ -1,0 +1,28 @@
+// Values of options that are more than one number. Each logs one line naming option and value on
+// ERR_ARGUMENT.
+#ifndef PERIGEE_APP_OPTION_VALUES_H
+#define PERIGEE_APP_OPTION_VALUES_H
+
+#include "app/options.h"
+
+status option_camera(struct options *o, const char *name, const char *value);
+status option_time(struct options *o, const char *name, const char *value);
+status option_size(struct options *o, const char *name, const char *value);
+status option_grid(struct options *o, const char *name, const char *value);
+status option_transform(struct options *o, const char *name, const char *value);
+status option_filter(struct options *o, const char *name, const char *value);
+status option_texcoord(struct options *o, const char *name, const char *value);
+status option_mode(struct options *o, const char *name, const char *value);
+status option_levels(struct options *o, const char *name, const char *value);
+status option_azimuth_steps(struct options *o, const char *name, const char *value);
+status option_bytes(struct options *o, const char *name, const char *value);
+status option_bounds(struct options *o, const char *name, const char *value);
+status option_body(struct options *o, const char *name, const char *value);
+status option_height_layer(struct options *o, const char *name, const char *value);
+status option_color_layer(struct options *o, const char *name, const char *value);
+status option_night_layer(struct options *o, const char *name, const char *value);
+
+// Adds a raster of the layer said last; ERR_ARGUMENT when none was said.
+status option_add_source(struct options *o, const char *path);
+
+#endif

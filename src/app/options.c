@@ -1,0 +1,248 @@
+#include "app/options.h"
+
+#include <ctype.h>
+#include <getopt.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/number.h"
+#include "app/option_table.h"
+#include "app/option_values.h"
+#include "base/log.h"
+#include "base/memory.h"
+
+enum { MAX_OPTIONS = 96, FIRST_LONG = 256 };
+
+static const char *const names[COMMAND_COUNT] = {"view", "render", "fly", "import", "info"};
+
+const char *command_name(enum command command)
+{
+    return names[command];
+}
+
+bool command_find(const char *name, enum command *out)
+{
+    for (int i = 0; i < COMMAND_COUNT; i++) {
+        if (strcmp(name, names[i]) != 0) continue;
+        *out = (enum command)i;
+        return true;
+    }
+    return false;
+}
+
+// What getopt_long wants: val is FIRST_LONG + the row for every option, the letters map to rows by
+// find_letter.
+struct getopt_tables {
+    struct option longs[MAX_OPTIONS + 1];
+    char shorts[2 * MAX_OPTIONS + 3];
+};
+
+static bool takes_value(const struct option_spec *spec)
+{
+    return spec->kind != OPTION_FLAG && spec->kind != OPTION_UNFLAG &&
+           spec->kind != OPTION_OPTIONAL;
+}
+
+static void build_tables(enum command command, struct getopt_tables *t)
+{
+    int count = 0;
+    char *s = t->shorts;
+    *s++ = '-'; // arguments that are no options come in their order, as option 1
+    *s++ = ':';
+    for (int i = 0; i < option_count; i++) {
+        const struct option_spec *spec = &option_table[i];
+        if (!(spec->commands & (1u << command))) continue;
+        int has = takes_value(spec)               ? required_argument
+                  : spec->kind == OPTION_OPTIONAL ? optional_argument
+                                                  : no_argument;
+        t->longs[count++] = (struct option){spec->name, has, NULL, FIRST_LONG + i};
+        if (!spec->letter) continue;
+        *s++ = spec->letter;
+        if (takes_value(spec)) *s++ = ':';
+    }
+    t->longs[count] = (struct option){0};
+    *s = '\0';
+}
+
+static const struct option_spec *find_letter(int letter)
+{
+    for (int i = 0; i < option_count; i++)
+        if (option_table[i].letter == letter) return &option_table[i];
+    return NULL;
+}
+
+static const struct option_spec *find_option(int value)
+{
+    return value >= FIRST_LONG ? &option_table[value - FIRST_LONG] : find_letter(value);
+}
+
+static status apply_number(const struct option_spec *spec, struct options *o, const char *value)
+{
+    double x = NAN;
+    long long n = 0;
+    bool whole = spec->kind == OPTION_INTEGER;
+    bool good = whole ? number_parse_integer(value, &n) : number_parse(value, &x);
+    if (!good) {
+        log_error("--%s %s: not a %s", spec->name, value,
+                  whole ? "whole number" : "decimal number");
+        return ERR_ARGUMENT;
+    }
+    if (whole) x = (double)n;
+    if (x < spec->low || x > spec->high) {
+        log_error("--%s %s: not in %.10g..%.10g", spec->name, value, spec->low, spec->high);
+        return ERR_ARGUMENT;
+    }
+    void *at = (char *)o + spec->offset;
+    if (whole) *(int *)at = (int)n;
+    else *(double *)at = x;
+    return OK;
+}
+
+static status apply(const struct option_spec *spec, struct options *o, const char *value)
+{
+    void *at = (char *)o + spec->offset;
+    switch (spec->kind) {
+    case OPTION_FLAG:
+        *(bool *)at = true;
+        return OK;
+    case OPTION_UNFLAG:
+        *(bool *)at = false;
+        return OK;
+    case OPTION_NUMBER:
+    case OPTION_INTEGER:
+        return apply_number(spec, o, value);
+    case OPTION_VALUE:
+    case OPTION_OPTIONAL:
+        return spec->apply(o, spec->name, value);
+    case OPTION_TEXT:
+        if (!value[0]) {
+            log_error("--%s: the value is empty", spec->name);
+            return ERR_ARGUMENT;
+        }
+        *(const char **)at = value;
+    }
+    return OK;
+}
+
+static status argument(struct options *o, const char *text)
+{
+    if (o->command == COMMAND_IMPORT) return option_add_source(o, text);
+    if (o->planet) {
+        log_error("unexpected argument '%s'", text);
+        return ERR_ARGUMENT;
+    }
+    o->planet = text;
+    return OK;
+}
+
+static status report_unknown(const struct options *o, char **argv)
+{
+    const char *command = command_name(o->command);
+    if (optopt >= FIRST_LONG) log_error("--%s takes no value", find_option(optopt)->name);
+    else if (optopt)
+        log_error("unknown option '-%c' (see perigee %s --help)", isprint(optopt) ? optopt : '?',
+                  command);
+    else log_error("unknown option '%s' (see perigee %s --help)", argv[optind - 1], command);
+    return ERR_ARGUMENT;
+}
+
+static status parse_all(struct options *o, int argc, char **argv)
+{
+    struct getopt_tables tables;
+    build_tables(o->command, &tables);
+    optind = 0;
+    opterr = 0;
+    status s = OK;
+    int c;
+    while (!s && (c = getopt_long(argc, argv, tables.shorts, tables.longs, NULL)) != -1) {
+        if (c == 1) s = argument(o, optarg);
+        else if (c == '?') s = report_unknown(o, argv);
+        else if (c == ':') {
+            log_error("--%s: the value is missing", find_option(optopt)->name);
+            s = ERR_ARGUMENT;
+        } else s = apply(find_option(c), o, optarg);
+    }
+    while (!s && optind < argc) s = argument(o, argv[optind++]);
+    return s;
+}
+
+static status require(const struct options *o, const char *value, const char *option)
+{
+    if (value) return OK;
+    log_error("%s: %s is missing", command_name(o->command), option);
+    return ERR_ARGUMENT;
+}
+
+static status check_import(const struct options *o)
+{
+    if (o->earth && (o->source_count > 0 || o->body_name || o->name || o->attribution)) {
+        log_error("import: --earth makes the default Earth and takes no rasters, body, name or "
+                  "attribution");
+        return ERR_ARGUMENT;
+    }
+    if (!o->earth && (o->bathymetry || o->atlas_dir)) {
+        log_error("import: --bathymetry and --atlas go with --earth");
+        return ERR_ARGUMENT;
+    }
+    if (!o->earth && o->source_count == 0) {
+        log_error("import: no raster given (--height, --color, --night or --earth)");
+        return ERR_ARGUMENT;
+    }
+    return o->earth ? OK : require(o, o->output, "-o");
+}
+
+static status check(const struct options *o)
+{
+    status s = OK;
+    if (!isnan(o->above_ground_m) && !isnan(o->camera.alt_m)) {
+        log_error("--alt and --above-ground: give one of them");
+        return ERR_ARGUMENT;
+    }
+    if (o->end_s < o->start_s) {
+        log_error("--end %g: before --start %g", o->end_s, o->start_s);
+        return ERR_ARGUMENT;
+    }
+    if (o->command == COMMAND_RENDER) s = require(o, o->output, "-o");
+    if (o->command == COMMAND_FLY) {
+        s = require(o, o->path, "--path");
+        if (!s) s = require(o, o->output, "-o");
+    }
+    if (o->command == COMMAND_IMPORT) s = check_import(o);
+    return s;
+}
+
+status options_parse(enum command command, int argc, char **argv, struct options *out)
+{
+    *out = (struct options){
+        .command = command,
+        .camera = {NAN, NAN, NAN, NAN, NAN, NAN, NAN},
+        .above_ground_m = NAN,
+        .timeout_s = 60,
+        .fps = 30,
+        .end_s = NAN,
+        .sheet_columns = 5,
+        .sheet_rows = 4,
+        .source_layer = LAYER_COUNT,
+        .sources = NEW_ARRAY(import_source, (size_t)argc + 1),
+    };
+    status s = parse_all(out, argc, argv);
+    if (!s && !out->help) s = check(out);
+    if (s) options_deinit(out);
+    return s;
+}
+
+void options_deinit(struct options *o)
+{
+    free(o->sources);
+    o->sources = NULL;
+    o->source_count = 0;
+}
+
+bool options_camera_given(const struct options *o)
+{
+    const perigee_camera *c = &o->camera;
+    return !isnan(c->lat_deg) || !isnan(c->lon_deg) || !isnan(c->alt_m) || !isnan(c->heading_deg) ||
+           !isnan(c->pitch_deg) || !isnan(c->roll_deg) || !isnan(c->fov_deg) ||
+           !isnan(o->above_ground_m);
+}

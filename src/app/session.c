@@ -1,0 +1,121 @@
+#include "app/session.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "app/camera_string.h"
+#include "app/default_earth.h"
+#include "app/output_file.h"
+#include "base/log.h"
+#include "base/vec.h"
+#include "gpu/context.h"
+#include "gpu/program.h"
+
+static status check_shader_dir(const char *folder)
+{
+    struct stat info;
+    if (!folder || (stat(folder, &info) == 0 && S_ISDIR(info.st_mode))) return OK;
+    log_error("--shader-dir %s: no such folder", folder);
+    return ERR_ARGUMENT;
+}
+
+status session_open_planet(const struct options *o, struct session *out)
+{
+    *out = (struct session){.options = o};
+    char earth[OUTPUT_PATH_SIZE];
+    status s = check_shader_dir(o->shader_dir);
+    if (!s && !o->planet) s = default_earth_find(o, earth, sizeof earth);
+    if (s) return s;
+    s = (status)perigee_planet_open(o->planet ? o->planet : earth, &o->planet_params, &out->planet);
+    if (s) return s;
+    perigee_planet_get_info(out->planet, &out->info);
+    if (out->info.attribution[0]) log_info("%s: %s", out->info.name, out->info.attribution);
+    return OK;
+}
+
+status session_open_view(struct session *s)
+{
+    const struct options *o = s->options;
+    status result = gpu_context_create(&s->gpu);
+    if (result) return result;
+    gpu_program_set_dir(o->shader_dir);
+    result = (status)perigee_view_create(s->planet, &o->view_params, &s->view);
+    if (!result && o->time_given) result = (status)perigee_view_set_time(s->view, o->unix_time_s);
+    return result;
+}
+
+void session_close(struct session *s)
+{
+    if (s->view) perigee_view_destroy(&s->view);
+    gpu_context_destroy(&s->gpu);
+    if (s->planet) perigee_planet_close(&s->planet);
+}
+
+static double given_or(double value, double otherwise)
+{
+    return isnan(value) ? otherwise : value;
+}
+
+static status place_over_ground(const struct session *s, perigee_camera *c)
+{
+    const struct options *o = s->options;
+    double ground;
+    if (isnan(o->above_ground_m) && c->alt_m > s->info.height_max_m) return OK;
+    status result = (status)perigee_planet_height(s->planet, c->lat_deg, c->lon_deg, &ground);
+    if (result) return result;
+    if (!isnan(o->above_ground_m)) c->alt_m = ground + o->above_ground_m;
+    if (c->alt_m > ground) return OK;
+    log_error("--alt %.10g: below the terrain, which is %.1f m high there (--above-ground counts "
+              "from it)",
+              c->alt_m, ground);
+    return ERR_ARGUMENT;
+}
+
+status session_camera(const struct session *s, perigee_camera *out)
+{
+    const perigee_camera *c = &s->options->camera;
+    *out = (perigee_camera){
+        .lat_deg = given_or(c->lat_deg, 20),
+        .lon_deg = remainder(given_or(c->lon_deg, 10), 360),
+        .alt_m = given_or(c->alt_m, M_PI * s->info.equatorial_radius_m),
+        .heading_deg = given_or(c->heading_deg, 0),
+        .pitch_deg = given_or(c->pitch_deg, -90),
+        .roll_deg = given_or(c->roll_deg, 0),
+        .fov_deg = given_or(c->fov_deg, 60),
+    };
+    return place_over_ground(s, out);
+}
+
+// The lines of what is missing as one, with "; " between them.
+static void join_lines(char *text)
+{
+    size_t length = strlen(text);
+    while (length > 0 && text[length - 1] == '\n') text[--length] = '\0';
+    for (char *p = text; *p; p++)
+        if (*p == '\n') *p = ';';
+}
+
+status session_wait(const struct session *s, int width, int height)
+{
+    const struct options *o = s->options;
+    if (o->no_wait) return OK;
+    status result = (status)perigee_view_wait(s->view, width, height, o->timeout_s);
+    if (result != ERR_TIMEOUT) return result;
+    char missing[768] = "";
+    perigee_view_missing(s->view, missing, sizeof missing);
+    join_lines(missing);
+    log_error("not complete after --timeout %g s, missing: %s", o->timeout_s, missing);
+    return ERR_TIMEOUT;
+}
+
+int session_texts(const struct session *s, const perigee_camera *camera,
+                  char line[SESSION_CAMERA_SIZE], struct image_text texts[SESSION_TEXTS])
+{
+    camera_string_format(camera, line, SESSION_CAMERA_SIZE);
+    texts[0] = (struct image_text){"Software", "Perigee"};
+    texts[1] = (struct image_text){"Camera", line};
+    texts[2] = (struct image_text){"Source", s->info.attribution};
+    return s->info.attribution[0] ? 3 : 2;
+}

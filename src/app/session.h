@@ -1,0 +1,41 @@
+// What every picture needs: the planet, an OpenGL context without a window, and a view. Main only.
+#ifndef PERIGEE_APP_SESSION_H
+#define PERIGEE_APP_SESSION_H
+
+#include <stdint.h>
+
+#include "app/image_png.h"
+#include "app/options.h"
+
+struct gpu_context;
+
+struct session {
+    const struct options *options;
+    perigee_planet *planet;
+    perigee_planet_info info;
+    struct gpu_context *gpu;
+    perigee_view *view;
+};
+
+// Finds (or makes) and opens the planet that the options name, and prints whose data it is.
+status session_open_planet(const struct options *o, struct session *out);
+
+// Adds the context and the view, with the sun where the options have it.
+status session_open_view(struct session *s);
+
+void session_close(struct session *s);
+
+// The camera of the options: what is not given has its default, heights above ground become
+// altitudes. ERR_ARGUMENT, logged, when it is below the terrain.
+status session_camera(const struct session *s, perigee_camera *out);
+
+// Streams until a frame of this size is complete (unless --no-wait). ERR_TIMEOUT, with the list of
+// what is missing logged.
+status session_wait(const struct session *s, int width, int height);
+
+// The texts that go into a picture's file, with room for the camera's line. Returns their number.
+enum { SESSION_TEXTS = 3, SESSION_CAMERA_SIZE = 160 };
+int session_texts(const struct session *s, const perigee_camera *camera,
+                  char line[SESSION_CAMERA_SIZE], struct image_text texts[SESSION_TEXTS]);
+
+#endif
