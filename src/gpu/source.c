@@ -16,6 +16,10 @@
 
 enum { MAX_DEPTH = 16, MAX_TEXT = 4 << 20, NAME_SIZE = 256 };
 
+// A place is told to the compiler as one number, file number * FILE_LINES + line: Mesa forgets the
+// second number of #line in most of its messages.
+enum { FILE_LINES = 100000 };
+
 struct loader {
     const char *dir;
     struct source *out;
@@ -87,17 +91,34 @@ static status read_file(const char *dir, const char *name, char **out)
     return good ? OK : ERR_IO;
 }
 
-// The quoted path of an #include line. 0: another line; 1: an include; -1: an include that is
-// malformed.
-static int parse_include(const char *line, size_t length, char name[NAME_SIZE])
+static const char *skip_blanks(const char *p, const char *end)
 {
-    const char *p = line, *end = line + length;
     while (p < end && (*p == ' ' || *p == '\t')) p++;
-    if (p == end || *p++ != '#') return 0;
-    while (p < end && (*p == ' ' || *p == '\t')) p++;
-    if (end - p < 7 || memcmp(p, "include", 7) != 0) return 0;
-    p += 7;
-    while (p < end && (*p == ' ' || *p == '\t')) p++;
+    return p;
+}
+
+// What follows "# word" on a line, NULL when the line is not that directive.
+static const char *after_directive(const char *line, const char *end, const char *word)
+{
+    const char *p = skip_blanks(line, end);
+    if (p == end || *p != '#') return NULL;
+    p = skip_blanks(p + 1, end);
+    size_t length = strlen(word);
+    return (size_t)(end - p) >= length && memcmp(p, word, length) == 0 ? p + length : NULL;
+}
+
+// A group left out takes the #line after its includes with it, so lines are set anew behind it.
+static bool ends_group(const char *line, const char *end)
+{
+    return after_directive(line, end, "endif") || after_directive(line, end, "el");
+}
+
+// The quoted path of an #include line. 0: another line; 1: an include; -1: a malformed include.
+static int parse_include(const char *line, const char *end, char name[NAME_SIZE])
+{
+    const char *p = after_directive(line, end, "include");
+    if (!p) return 0;
+    p = skip_blanks(p, end);
     if (p == end || *p++ != '"') return -1;
     const char *close = memchr(p, '"', (size_t)(end - p));
     if (!close || close == p || close - p >= NAME_SIZE) return -1;
@@ -117,6 +138,11 @@ static int file_number(struct source *s, const char *name)
 
 static status add_file(struct loader *l, const char *name, const char *from, int from_line);
 
+static void set_line(struct source *s, int number, int line)
+{
+    append_line(s, "#line %d\n", number * FILE_LINES + line);
+}
+
 static status add_include(struct loader *l, const char *name, int number, int line)
 {
     struct source *s = l->out;
@@ -125,7 +151,7 @@ static status add_include(struct loader *l, const char *name, int number, int li
         if (l->stack[i] == target) return OK;
     append_line(s, "#ifndef PERIGEE_FILE_%d\n#define PERIGEE_FILE_%d\n", target, target);
     status st = add_file(l, name, s->names[number], line);
-    append_line(s, "#endif\n#line %d %d\n", line + 1, number);
+    append_line(s, "#endif\n");
     return st;
 }
 
@@ -134,10 +160,10 @@ static status add_lines(struct loader *l, const char *text, int number)
     struct source *s = l->out;
     char name[NAME_SIZE];
     int line = 1;
-    append_line(s, "#line 1 %d\n", number);
+    set_line(s, number, line);
     for (const char *p = text; *p; line++) {
-        size_t length = strcspn(p, "\n");
-        int include = parse_include(p, length, name);
+        const char *end = p + strcspn(p, "\n");
+        int include = parse_include(p, end, name);
         if (include < 0) {
             log_error("shader %s:%d: #include needs a \"path\"", s->names[number], line);
             return ERR_FORMAT;
@@ -146,10 +172,11 @@ static status add_lines(struct loader *l, const char *text, int number)
             status st = add_include(l, name, number, line);
             if (st) return st;
         } else {
-            append(s, p, length);
+            append(s, p, (size_t)(end - p));
             append(s, "\n", 1);
         }
-        p += length + (p[length] == '\n');
+        if (include || ends_group(p, end)) set_line(s, number, line + 1);
+        p = end + (*end == '\n');
     }
     return OK;
 }
@@ -158,9 +185,9 @@ static status log_read_error(const struct loader *l, status s, const char *name,
                              int from_line)
 {
     const char *where = l->dir ? l->dir : "the built-in shaders";
-    const char *what = s == ERR_NOT_FOUND ? "no file" : "cannot read";
+    const char *what = s == ERR_NOT_FOUND ? "no file" : "unreadable file";
     if (from_line) log_error("shader %s:%d: %s %s in %s", from, from_line, what, name, where);
-    else log_error("shader %s: %s of that name in %s", name, what, where);
+    else log_error("shader %s: %s in %s", name, what, where);
     return s;
 }
 
@@ -185,7 +212,7 @@ status source_assemble(const char *dir, const char *entry, const char *defines, 
 {
     *out = (struct source){.name_count = 1};
     out->names[0] = copy_text("defines", strlen("defines"));
-    append_line(out, "#version 450 core\n#line 1 0\n");
+    append_line(out, "#version 450 core\n#line 1\n");
     if (defines) append(out, defines, strlen(defines));
     append(out, "\n", 1);
     struct loader l = {.dir = dir, .out = out};
@@ -210,20 +237,19 @@ static const char *error_line(const char *log)
     return error;
 }
 
-// "1:23(4): error: ..." (Mesa), "1(23) : error ..." (NVIDIA), "ERROR: 1:23: ..." (others).
+// "0:100023(4): error: ..." (Mesa), "0(100023) : error ..." (NVIDIA), "ERROR: 0:100023: ..."
+// (others).
 void source_map_message(const struct source *s, const char *log, char *line, size_t line_size)
 {
     const char *start = error_line(log);
     const char *end = start + strcspn(start, "\n");
     const char *p = strncmp(start, "ERROR: ", 7) == 0 ? start + 7 : start;
-    int file = 0, row = 0, used = 0;
-    bool found = sscanf(p, "%d:%d%n", &file, &row, &used) == 2;
-    if (!found) {
-        used = 0;
-        found = sscanf(p, "%d(%d)%n", &file, &row, &used) == 2 && used > 0;
-    }
-    if (found && file >= 0 && file < s->name_count)
-        snprintf(line, line_size, "%s:%d%.*s", s->names[file], row, (int)(end - p) - used,
-                 p + used);
+    int place = 0, used = 0;
+    bool found = sscanf(p, "%*d:%d%n", &place, &used) == 1;
+    if (!found) found = sscanf(p, "%*d(%d)%n", &place, &used) == 1 && used > 0;
+    int file = place / FILE_LINES;
+    if (found && place >= 0 && file < s->name_count)
+        snprintf(line, line_size, "%s:%d%.*s", s->names[file], place % FILE_LINES,
+                 (int)(end - p) - used, p + used);
     else snprintf(line, line_size, "%.*s", (int)(end - start), start);
 }

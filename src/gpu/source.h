@@ -12,7 +12,7 @@ enum { SOURCE_MAX_FILES = 64 };
 struct source {
     char *text; // zero-terminated
     size_t size, capacity;
-    char *names[SOURCE_MAX_FILES]; // by the file number of #line; 0 is the defines
+    char *names[SOURCE_MAX_FILES]; // by file number; 0 is the defines
     int name_count;
 };
 
