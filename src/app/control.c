@@ -24,8 +24,6 @@
 #define WHEEL_PENDING 8.0
 #define ORBIT_PER_PX  0.005
 #define STEP_MAX_S    0.1
-// Seconds ahead that the terrain is felt.
-#define LOOK_AHEAD_S 0.4
 
 enum gesture { GESTURE_NONE, GESTURE_DRAG, GESTURE_ORBIT, GESTURE_LOOK, GESTURE_FLIGHT };
 
@@ -447,15 +445,17 @@ static void step_north(struct control *c, double dt)
 // word.
 static void step_terrain(struct control *c, double dt)
 {
+    static const double ahead_s[] = {0.25, 0.8};
     geo_ellipsoid e = c->world.ellipsoid;
+    double *height = &c->camera.position.height, low = *height;
     dvec3 p = geo_ecef_from_geodetic(e, c->camera.position);
-    dvec3 way = dvec3_scale(dvec3_sub(p, c->last_position), LOOK_AHEAD_S / dt);
-    if (dvec3_length(way) > 0 && dvec3_length(way) < 0.01 * e.b) {
-        geodetic next = geo_geodetic_from_ecef(e, dvec3_add(p, way));
-        double low = ask_ground(c, next.lat, next.lon) + CONTROL_CLEARANCE;
-        double *height = &c->camera.position.height;
-        if (*height < low) *height += (low - *height) * share(dt, LIFT_S);
+    dvec3 speed = dvec3_scale(dvec3_sub(p, c->last_position), 1 / dt);
+    double pace = dvec3_length(speed);
+    for (int i = 0; i < 2 && pace > 0 && pace < 0.01 * e.b; i++) {
+        geodetic next = geo_geodetic_from_ecef(e, dvec3_mad(p, speed, ahead_s[i]));
+        low = fmax(low, ask_ground(c, next.lat, next.lon) + CONTROL_CLEARANCE);
     }
+    *height += (low - *height) * share(dt, LIFT_S);
     if (keep_clear(c) && c->zoom_pending < 0) c->zoom_pending = 0;
     c->last_position = geo_ecef_from_geodetic(e, c->camera.position);
 }

@@ -1,0 +1,345 @@
+// A frame is drawn only when there is something new to see; between frames the thread sleeps in the
+// event queue.
+#include "app/window.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+#include <unistd.h>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include "app/camera_string.h"
+#include "app/control.h"
+#include "app/image_png.h"
+#include "app/input.h"
+#include "app/ui.h"
+#include "app/window_clock.h"
+#include "base/log.h"
+
+#define DEG (M_PI / 180)
+
+#define MESSAGE_S 4.0
+// The longest sleep, and the pause between looks at a motion that shows nothing new.
+#define IDLE_S  0.5
+#define PAUSE_S 0.008
+// The sun is moved when it stands this much beside where it was drawn: two seconds are half a
+// minute of arc.
+#define SUN_STEP_S 2.0
+// Frames drawn after the last change: the overlay lays itself out one frame late.
+#define SETTLE_FRAMES 2
+// Above the highest summit by this much the terrain is not asked for: it could not be met in one
+// frame.
+#define TERRAIN_MARGIN 50e3
+
+enum { SCREENSHOTS = 9999 };
+
+struct window {
+    const struct window_params *params;
+    perigee_planet_info info;
+    GLFWwindow *glfw;
+    perigee_view *view;
+    struct control *control;
+    struct input *input;
+    struct window_clock clock;
+    bool ui, help, quit, failed;
+    double now_s, drawn_time_s;
+    double frame_ms;
+    int frames, settle, screenshots;
+    char message[512];
+    double message_until_s;
+    char missing[512];
+    int missing_count;
+    perigee_stats stats;
+};
+
+bool window_display_available(void)
+{
+    const char *x = getenv("DISPLAY"), *wayland = getenv("WAYLAND_DISPLAY");
+    if (!(x && *x) && !(wayland && *wayland)) return false;
+    if (!glfwInit()) return false;
+    glfwTerminate();
+    return true;
+}
+
+static perigee_camera camera_in_degrees(const geo_camera *c)
+{
+    return (perigee_camera){.lat_deg = c->position.lat / DEG,
+                            .lon_deg = c->position.lon / DEG,
+                            .alt_m = c->position.height,
+                            .heading_deg = c->heading / DEG,
+                            .pitch_deg = c->pitch / DEG,
+                            .roll_deg = c->roll / DEG,
+                            .fov_deg = c->fov_y / DEG};
+}
+
+static geo_camera camera_in_radians(const perigee_camera *c)
+{
+    double fov_deg = c->fov_deg > 0 ? c->fov_deg : 60;
+    return (geo_camera){{c->lat_deg * DEG, c->lon_deg * DEG, c->alt_m},
+                        c->heading_deg * DEG,
+                        c->pitch_deg * DEG,
+                        c->roll_deg * DEG,
+                        fov_deg * DEG};
+}
+
+// No collision is possible far above the summits, and no tile need be read for one.
+static double ground(void *user, double lat, double lon)
+{
+    struct window *w = user;
+    double top = w->info.height_max_m + TERRAIN_MARGIN, height = NAN;
+    if (w->control && control_camera(w->control)->position.height > top) return 0;
+    perigee_planet_height(w->params->planet, lat / DEG, lon / DEG, &height);
+    return height;
+}
+
+static bool pick(void *user, double x_px, double y_px, geodetic *point)
+{
+    struct window *w = user;
+    double lat_deg, lon_deg, height;
+    if (perigee_view_pick(w->view, x_px, y_px, &lat_deg, &lon_deg, &height)) return false;
+    *point = (geodetic){lat_deg * DEG, lon_deg * DEG, height};
+    return true;
+}
+
+__attribute__((format(printf, 2, 3))) static void announce(struct window *w, const char *format,
+                                                           ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(w->message, sizeof w->message, format, args);
+    va_end(args);
+    w->message_until_s = glfwGetTime() + MESSAGE_S;
+}
+
+static const char *attribution(const struct window *w)
+{
+    return w->params->attribution ? w->params->attribution : w->info.attribution;
+}
+
+// The first free number in the folder; false when there is none.
+static bool screenshot_path(struct window *w, char *path, size_t size)
+{
+    const char *dir = w->params->screenshot_dir ? w->params->screenshot_dir : ".";
+    while (++w->screenshots <= SCREENSHOTS) {
+        int length = snprintf(path, size, "%s/perigee-%04d.png", dir, w->screenshots);
+        if (length < 0 || (size_t)length >= size) return false;
+        if (access(path, F_OK)) return true;
+    }
+    return false;
+}
+
+static void take_screenshot(struct window *w)
+{
+    int width, height;
+    char path[4096], camera[CAMERA_STRING_SIZE];
+    glfwGetFramebufferSize(w->glfw, &width, &height);
+    uint8_t *rgb = width > 0 && height > 0 ? calloc((size_t)width * (size_t)height, 3) : NULL;
+    if (!rgb || !screenshot_path(w, path, sizeof path)) {
+        announce(w, "No room for a screenshot");
+        free(rgb);
+        return;
+    }
+    perigee_camera c = camera_in_degrees(control_camera(w->control));
+    camera_string_format(&c, camera, sizeof camera);
+    struct image_text texts[] = {
+        {"Software", "Perigee"}, {"Camera", camera}, {"Source", attribution(w)}};
+    int text_count = attribution(w)[0] ? 3 : 2;
+    int s = perigee_view_render_image(w->view, width, height, 2, rgb);
+    if (!s) s = (int)image_png_write(path, width, height, rgb, texts, text_count);
+    if (s) announce(w, "No screenshot: %s", perigee_last_error());
+    else announce(w, "Saved %s", path);
+    free(rgb);
+}
+
+static void copy_camera(struct window *w)
+{
+    char text[CAMERA_STRING_SIZE];
+    perigee_camera c = camera_in_degrees(control_camera(w->control));
+    camera_string_format(&c, text, sizeof text);
+    glfwSetClipboardString(w->glfw, text);
+    announce(w, "Copied %s", text);
+}
+
+static void handle(void *user, enum input_command command)
+{
+    struct window *w = user;
+    double now = (double)time(NULL);
+    double lon_deg = control_camera(w->control)->position.lon / DEG;
+    switch (command) {
+    case INPUT_HELP:
+        w->help = !w->help;
+        break;
+    case INPUT_SCREENSHOT:
+        take_screenshot(w);
+        break;
+    case INPUT_COPY_CAMERA:
+        copy_camera(w);
+        break;
+    case INPUT_TOGGLE_TIME:
+        window_clock_toggle(&w->clock, now, lon_deg);
+        break;
+    case INPUT_TIME_SLOWER:
+        window_clock_change_speed(&w->clock, -1, now, lon_deg);
+        break;
+    case INPUT_TIME_FASTER:
+        window_clock_change_speed(&w->clock, 1, now, lon_deg);
+        break;
+    case INPUT_LEAVE:
+        if (w->help) w->help = false;
+        else w->quit = true;
+        break;
+    }
+}
+
+static bool fail(const char *what)
+{
+    const char *why = NULL;
+    glfwGetError(&why);
+    log_error("window: %s%s%s", what, why ? ": " : "", why ? why : "");
+    return false;
+}
+
+static bool open_window(struct window *w)
+{
+    const struct window_params *p = w->params;
+    if (!glfwInit()) return fail("no display (perigee render and perigee fly need none)");
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    w->glfw = glfwCreateWindow(p->width > 0 ? p->width : 1280, p->height > 0 ? p->height : 800,
+                               p->title ? p->title : "Perigee", NULL, NULL);
+    if (!w->glfw) return fail("no OpenGL 4.5 core context");
+    glfwMakeContextCurrent(w->glfw);
+    glfwSwapInterval(p->vsync ? 1 : 0);
+    return true;
+}
+
+static bool open_scene(struct window *w)
+{
+    const struct window_params *p = w->params;
+    perigee_planet_get_info(p->planet, &w->info);
+    if (perigee_view_create(p->planet, p->view, &w->view)) return false;
+    int width, height;
+    glfwGetFramebufferSize(w->glfw, &width, &height);
+    struct control_world world = {
+        {w->info.equatorial_radius_m, w->info.polar_radius_m}, w, ground, pick};
+    geo_camera start = camera_in_radians(&p->start);
+    w->control = control_create(&world, &start, width, height);
+    w->input = input_create(w->glfw, w->control, handle, w);
+    float scale_x = 1, scale_y = 1;
+    glfwGetWindowContentScale(w->glfw, &scale_x, &scale_y);
+    w->ui = ui_init(w->glfw, fmaxf(scale_x, 1));
+    return w->ui || fail("the overlay cannot start");
+}
+
+static void draw_overlay(struct window *w)
+{
+    char time_text[80];
+    window_clock_text(&w->clock, time_text, sizeof time_text);
+    const geo_camera *c = control_camera(w->control);
+    struct ui_state state = {.camera = camera_in_degrees(c),
+                             .ground_m = control_ground(w->control),
+                             .frame_ms = w->frame_ms,
+                             .stats = w->stats,
+                             .missing = w->missing,
+                             .missing_count = w->missing_count,
+                             .time = time_text,
+                             .attribution = attribution(w),
+                             .message = w->now_s < w->message_until_s ? w->message : "",
+                             .flying = control_is_flying(w->control),
+                             .help = &w->help};
+    ui_draw(&state);
+}
+
+static perigee_status draw_frame(struct window *w)
+{
+    int width, height;
+    glfwGetFramebufferSize(w->glfw, &width, &height);
+    if (width < 1 || height < 1) return 0;
+    double begin = glfwGetTime();
+    perigee_camera camera = camera_in_degrees(control_camera(w->control));
+    perigee_status s = perigee_view_set_camera(w->view, &camera);
+    if (isnan(w->clock.unix_time_s)) perigee_view_set_time_noon(w->view);
+    else if (!s) s = perigee_view_set_time(w->view, w->clock.unix_time_s);
+    w->drawn_time_s = w->clock.unix_time_s;
+    if (!s) s = perigee_view_render(w->view, width, height);
+    if (s) return s;
+    perigee_view_get_stats(w->view, &w->stats);
+    w->missing_count = perigee_view_missing(w->view, w->missing, sizeof w->missing);
+    draw_overlay(w);
+    glfwSwapBuffers(w->glfw);
+    w->frame_ms = (glfwGetTime() - begin) * 1e3;
+    w->frames++;
+    return 0;
+}
+
+// Advances everything that moves by itself. True when the picture is no longer true.
+static bool advance(struct window *w)
+{
+    double now = glfwGetTime(), dt = now - w->now_s;
+    bool told =
+        w->message_until_s > 0 && w->now_s < w->message_until_s && now >= w->message_until_s;
+    w->now_s = now;
+    window_clock_step(&w->clock, dt);
+    bool moved = control_step(w->control, dt);
+    bool sun = fabs(w->clock.unix_time_s - w->drawn_time_s) > SUN_STEP_S ||
+               isnan(w->clock.unix_time_s) != isnan(w->drawn_time_s);
+    bool active = input_take_activity(w->input);
+    return moved || told || sun || active || w->stats.needs_redraw || w->params->frames > 0;
+}
+
+static void wait_for_events(const struct window *w, bool drew)
+{
+    double rate = fabs(window_clock_rate(&w->clock));
+    double sleep = rate > 0 ? fmin(IDLE_S, SUN_STEP_S / rate) : IDLE_S;
+    if (control_is_moving(w->control)) sleep = PAUSE_S;
+    if (drew) glfwPollEvents();
+    else glfwWaitEventsTimeout(fmax(sleep, PAUSE_S));
+}
+
+static bool is_over(const struct window *w)
+{
+    return w->quit || w->failed || glfwWindowShouldClose(w->glfw) ||
+           (w->params->run_s > 0 && glfwGetTime() > w->params->run_s) ||
+           (w->params->frames > 0 && w->frames >= w->params->frames);
+}
+
+static void run(struct window *w)
+{
+    glfwSetTime(0);
+    w->drawn_time_s = w->clock.unix_time_s;
+    w->settle = SETTLE_FRAMES;
+    while (!is_over(w)) {
+        if (advance(w)) w->settle = SETTLE_FRAMES;
+        bool draw = w->settle > 0;
+        if (draw) w->failed = draw_frame(w) != 0;
+        w->settle -= draw;
+        wait_for_events(w, draw);
+    }
+}
+
+static void close_window(struct window *w)
+{
+    if (w->ui) ui_deinit();
+    input_destroy(&w->input);
+    control_destroy(&w->control);
+    perigee_view_destroy(&w->view);
+    if (w->glfw) glfwDestroyWindow(w->glfw);
+    glfwTerminate();
+}
+
+int window_run(const struct window_params *params)
+{
+    struct window w = {.params = params, .clock = window_clock_make(params->unix_time_s)};
+    bool opened = open_window(&w) && open_scene(&w);
+    if (opened) run(&w);
+    close_window(&w);
+    return opened && !w.failed ? 0 : 1;
+}
