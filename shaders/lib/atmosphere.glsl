@@ -4,7 +4,7 @@
 #include "lib/blocks.glsl"
 
 #define RAYLEIGH vec3(0.046, 0.108, 0.265) /* vertical optical depth at 680, 550, 440 nm */
-#define SUN_RADIANCE 1.6
+#define AIR_RADIANCE 0.30 /* of a thick layer; 3/16 of the sun's 1.25 for single scattering, raised for the multiple */
 
 // From a point at `height` (radii above the surface) towards a direction of cosine mu to the vertical, to infinity.
 float optical_depth(float height, float mu)
@@ -40,5 +40,5 @@ vec3 air_scatter(vec3 dir, float t, float lit, float cos_sun, out vec3 through)
     }
     depth = max(depth, 0.0) * view.atmosphere.z;
     through = exp(-RAYLEIGH * depth);
-    return SUN_RADIANCE * 0.75 * (1.0 + cos_sun * cos_sun) * lit * (1.0 - through);
+    return AIR_RADIANCE * (1.0 + cos_sun * cos_sun) * lit * (1.0 - through);
 }

@@ -15,7 +15,16 @@
 
 enum { MAX_COLOR_LEVELS = 18, MAX_PENDING = 64 };
 
-static const double FADE_S = 0.35;
+// A level filled from nothing fades in over this time; what joins a level already shown grows in at
+// up to GROWTH windows a second, so that catching up is a moving ramp and not a jump.
+static const double FADE_S = 0.35, GROWTH = 12;
+
+// What of a level is sampled: inside `valid`, growing towards it.
+struct shown {
+    double row0, row1, col0, col1;
+    int zoom, share;
+    float fade;
+};
 
 struct pending {
     window_rect rects[MAX_PENDING];
@@ -29,8 +38,7 @@ struct layer {
     GLuint texture;
     GLenum format, type;
     size_t texel_bytes;
-    float fade[CLIPMAP_MAX_LEVELS];
-    window_rect shown[CLIPMAP_MAX_LEVELS]; // valid as of the last pump, to notice changes
+    struct shown shown[CLIPMAP_MAX_LEVELS];
 };
 
 struct windows {
@@ -243,21 +251,56 @@ static bool pump_layer(struct windows *w, struct layer *l, bool normals)
     return any;
 }
 
-// Notices what became valid, starts fades of levels filled from nothing, advances the others.
-static bool advance_fades(struct layer *l, double dt_s)
+static bool shown_empty(const struct shown *s)
+{
+    return s->row0 >= s->row1 || s->col0 >= s->col1;
+}
+
+static bool shown_whole(const struct shown *s, const clipmap_level *l)
+{
+    return window_rect_empty(l->valid)
+               ? shown_empty(s)
+               : s->zoom == l->held.zoom && s->share == l->held.share && s->fade >= 1 &&
+                     s->row0 == (double)l->valid.row0 && s->row1 == (double)l->valid.row1 &&
+                     s->col0 == (double)l->valid.col0 && s->col1 == (double)l->valid.col1;
+}
+
+// Shrinks with `valid` at once, grows towards it by at most `rows` and `cols`.
+static void follow_valid(struct shown *s, window_rect valid, double rows, double cols)
+{
+    double row0 = (double)valid.row0, row1 = (double)valid.row1, col0 = (double)valid.col0,
+           col1 = (double)valid.col1;
+    s->row0 = fmax(row0, fmin(s->row0, row1) - rows);
+    s->row1 = fmin(row1, fmax(s->row1, row0) + rows);
+    s->col0 = fmax(col0, fmin(s->col0, col1) - cols);
+    s->col1 = fmin(col1, fmax(s->col1, col0) + cols);
+}
+
+// Advances one level's shown part; dt_s < 0: to its end. True when it changed.
+static bool advance_level(const struct layer *l, struct shown *s, int level, double dt_s)
+{
+    clipmap_level state = clipmap_level_state(l->clipmap, level);
+    if (shown_whole(s, &state)) return false;
+    if (window_rect_empty(state.valid)) {
+        *s = (struct shown){0};
+        return true;
+    }
+    bool fresh = shown_empty(s) || s->zoom != state.held.zoom || s->share != state.held.share ||
+                 s->row0 >= (double)state.valid.row1 || s->row1 <= (double)state.valid.row0 ||
+                 s->col0 >= (double)state.valid.col1 || s->col1 <= (double)state.valid.col0;
+    if (fresh) s->fade = 0;
+    s->zoom = state.held.zoom;
+    s->share = state.held.share;
+    double grow = fresh || dt_s < 0 ? 1e9 : GROWTH * dt_s;
+    follow_valid(s, state.valid, grow * l->shape.rows, grow * l->shape.cols);
+    s->fade = level == 0 || dt_s < 0 ? 1 : fminf(1, s->fade + (float)(dt_s / FADE_S));
+    return true;
+}
+
+static bool advance_shown(struct layer *l, double dt_s)
 {
     bool changed = false;
-    for (int i = 0; i < l->levels; i++) {
-        window_rect valid = clipmap_level_state(l->clipmap, i).valid;
-        if (!rect_equal(valid, l->shown[i])) {
-            if (window_rect_empty(l->shown[i])) l->fade[i] = 0;
-            l->shown[i] = valid;
-            changed = true;
-        }
-        if (window_rect_empty(valid) || l->fade[i] >= 1) continue;
-        l->fade[i] = i == 0 || dt_s < 0 ? 1 : fminf(1, l->fade[i] + (float)(dt_s / FADE_S));
-        changed = true;
-    }
+    for (int i = 0; i < l->levels; i++) changed |= advance_level(l, &l->shown[i], i, dt_s);
     return changed;
 }
 
@@ -270,8 +313,8 @@ size_t windows_pump(struct windows *w, double dt_s)
         gpu_upload_end(w->upload);
         if (heights) update_normals(w);
     }
-    bool heights = advance_fades(&w->height, dt_s);
-    bool colors = advance_fades(&w->color, dt_s);
+    bool heights = advance_shown(&w->height, dt_s);
+    bool colors = advance_shown(&w->color, dt_s);
     w->heights_changed |= heights;
     w->changed |= heights || colors;
     return gpu_upload_total(w->upload) - before;
@@ -296,16 +339,18 @@ bool windows_complete(const struct windows *w)
     return clipmap_complete(w->height.clipmap, NULL) && clipmap_complete(w->color.clipmap, NULL);
 }
 
-static bool faded(const struct layer *l)
+static bool all_shown(const struct layer *l)
 {
-    for (int i = 0; i < l->levels; i++)
-        if (!window_rect_empty(l->shown[i]) && l->fade[i] < 1) return false;
+    for (int i = 0; i < l->levels; i++) {
+        clipmap_level state = clipmap_level_state(l->clipmap, i);
+        if (!shown_whole(&l->shown[i], &state)) return false;
+    }
     return true;
 }
 
 bool windows_settled(const struct windows *w)
 {
-    return windows_complete(w) && faded(&w->height) && faded(&w->color);
+    return windows_complete(w) && all_shown(&w->height) && all_shown(&w->color);
 }
 
 bool windows_wait(struct windows *w, double timeout_s)
@@ -344,30 +389,26 @@ int windows_missing(const struct windows *w, char *text, size_t size)
 static void fill_level(const struct windows *w, const struct layer *l, int level, float map[4],
                        float torus[4], float valid[4])
 {
-    clipmap_level s = clipmap_level_state(l->clipmap, level);
-    memset(map, 0, 4 * sizeof *map);
-    memset(torus, 0, 4 * sizeof *torus);
-    memset(valid, 0, 4 * sizeof *valid);
-    window held = window_rect_empty(s.valid) ? s.window : s.held;
+    clipmap_level state = clipmap_level_state(l->clipmap, level);
+    const struct shown *s = &l->shown[level];
+    bool empty = window_rect_empty(state.valid) || shown_empty(s);
+    window held = empty ? state.window : state.held;
     double row, col;
     window_coordinates(&l->shape, &held, w->lat, w->lon, &row, &col);
+    int64_t row0 = held.rect.row0, col0 = held.rect.col0;
     map[0] = (float)(1 / window_step_lat(&held));
     map[1] = (float)(1 / window_step_lon(&l->shape, &held));
-    if (window_rect_empty(s.valid)) return;
-    int64_t row0 = held.rect.row0, col0 = held.rect.col0;
     map[2] = (float)(row - (double)row0);
     map[3] = (float)(col - (double)col0);
+    if (empty) return;
     torus[0] = (float)((row0 % l->shape.rows + l->shape.rows) % l->shape.rows);
     torus[1] = (float)((col0 % l->shape.cols + l->shape.cols) % l->shape.cols);
-    torus[2] = l->fade[level];
-    valid[0] = (float)(s.valid.row0 - row0);
-    valid[1] = (float)(s.valid.row1 - row0);
-    valid[2] = (float)(s.valid.col0 - col0);
-    valid[3] = (float)(s.valid.col1 - col0);
-    if (whole_circle(&held) && s.valid.col1 - s.valid.col0 == l->shape.cols) {
-        valid[2] = -1e9f;
-        valid[3] = 1e9f;
-    }
+    torus[2] = s->fade;
+    valid[0] = (float)(s->row0 - (double)row0);
+    valid[1] = (float)(s->row1 - (double)row0);
+    bool circle = whole_circle(&held) && s->col1 - s->col0 == l->shape.cols;
+    valid[2] = circle ? -1e9f : (float)(s->col0 - (double)col0);
+    valid[3] = circle ? 1e9f : (float)(s->col1 - (double)col0);
 }
 
 void windows_fill_block(const struct windows *w, struct levels_block *b)
@@ -391,7 +432,7 @@ void windows_height_bounds(const struct windows *w, int level, double *low, doub
         clipmap_level s = clipmap_level_state(w->height.clipmap, i);
         *low = fmin(*low, s.min);
         *high = fmax(*high, s.max);
-        whole += s.complete && w->height.fade[i] >= 1;
+        whole += s.complete && shown_whole(&w->height.shown[i], &s);
     }
     if (whole < 2) {
         *low = fmin(*low, 0);
