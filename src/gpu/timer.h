@@ -1,4 +1,6 @@
-// GPU time of named passes by timestamp queries, read some frames later without a wait. Main only.
+// GPU time of named passes by timestamp queries, read some frames later without a wait. A pass
+// has a framebuffer of its own (or is compute): inside one framebuffer a tiling driver, and so
+// Mesa's software driver, stamps the time of the last tile only. Main only.
 #ifndef PERIGEE_GPU_TIMER_H
 #define PERIGEE_GPU_TIMER_H
 
