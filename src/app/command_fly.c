@@ -51,7 +51,7 @@ static status render_frame(struct film *film, int frame, const char *path)
     double time_s = frame_time(film, frame);
     status s = path_file_camera(film->flight, session->planet, time_s, &camera);
     if (!s) s = (status)perigee_view_set_camera(session->view, &camera);
-    if (!s) s = session_wait(session, film->width * film->samples, film->height * film->samples);
+    if (!s) s = session_wait(session, film->width, film->height);
     if (!s)
         s = (status)perigee_view_render_image(session->view, film->width, film->height,
                                               film->samples, film->rgb);

@@ -143,7 +143,7 @@ static status resolve(const struct path_file *file, int i, perigee_planet *plane
         return ERR_FORMAT;
     }
     *out = (flight_key){
-        .time_s = key->time_s,
+        .time_s = key->time_s - file->keys[0].time_s,
         .camera = {.position = {c->lat_deg * DEG, geo_wrap_lon(c->lon_deg * DEG), altitude},
                    .heading = c->heading_deg * DEG,
                    .pitch = c->pitch_deg * DEG,
