@@ -57,9 +57,9 @@ struct control {
     dvec3 last_position; // for the look ahead
 };
 
-static double ask_ground(struct control *c, double lat, double lon)
+static double ask_ground(struct control *c, double lat, double lon, double room)
 {
-    double h = c->world.ground(c->world.user, lat, lon);
+    double h = c->world.ground(c->world.user, lat, lon, room);
     return isfinite(h) ? h : c->ground;
 }
 
@@ -67,7 +67,7 @@ static double ask_ground(struct control *c, double lat, double lon)
 static bool keep_clear(struct control *c)
 {
     geodetic *p = &c->camera.position;
-    c->ground = ask_ground(c, p->lat, p->lon);
+    c->ground = ask_ground(c, p->lat, p->lon, p->height - c->ground);
     double low = c->ground + CONTROL_CLEARANCE, height = p->height;
     p->height = fmax(fmin(height, CONTROL_ALTITUDE_MAX), low);
     return p->height != height;
@@ -338,7 +338,7 @@ void control_double_click(struct control *c, double x, double y)
     dvec3 back = dvec3_mad(point, ahead, -distance);
     to.position = geo_geodetic_from_ecef(e, back);
     pose_aim(e, &to, point, (dvec3){0, 0, -1});
-    double low = ask_ground(c, to.position.lat, to.position.lon) + CONTROL_CLEARANCE;
+    double low = ask_ground(c, to.position.lat, to.position.lon, INFINITY) + CONTROL_CLEARANCE;
     to.position.height = clamp_double(to.position.height, low, CONTROL_ALTITUDE_MAX);
     if (pose_is_finite(&to)) fly_to(c, &to, 1.6);
 }
@@ -451,9 +451,9 @@ static void step_terrain(struct control *c, double dt)
     dvec3 p = geo_ecef_from_geodetic(e, c->camera.position);
     dvec3 speed = dvec3_scale(dvec3_sub(p, c->last_position), 1 / dt);
     double pace = dvec3_length(speed);
-    for (int i = 0; i < 2 && pace > 0 && pace < 0.01 * e.b; i++) {
+    for (int i = 0; i < 2 && pace > 0 && fmax(pace, above_ground(c)) < 0.01 * e.b; i++) {
         geodetic next = geo_geodetic_from_ecef(e, dvec3_mad(p, speed, ahead_s[i]));
-        low = fmax(low, ask_ground(c, next.lat, next.lon) + CONTROL_CLEARANCE);
+        low = fmax(low, ask_ground(c, next.lat, next.lon, INFINITY) + CONTROL_CLEARANCE);
     }
     *height += (low - *height) * share(dt, LIFT_S);
     if (keep_clear(c) && c->zoom_pending < 0) c->zoom_pending = 0;

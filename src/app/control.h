@@ -18,8 +18,10 @@
 struct control_world {
     geo_ellipsoid ellipsoid;
     void *user;
-    // Terrain height above the ellipsoid. Asked at most three times a step.
-    double (*ground)(void *user, double lat, double lon);
+    // Terrain height above the ellipsoid, for a camera `room` metres above what was last known of
+    // it: as exact as it takes not to meet the terrain. Infinite room: a guess is enough, NaN is
+    // "not known". Asked at most three times a step.
+    double (*ground)(void *user, double lat, double lon, double room);
     // The terrain's point under a pixel as last shown; false on sky. Asked when a gesture begins,
     // never during it.
     bool (*pick)(void *user, double x_px, double y_px, geodetic *point);

@@ -18,6 +18,7 @@
 #include "app/input.h"
 #include "app/ui.h"
 #include "app/window_clock.h"
+#include "app/window_ground.h"
 #include "base/log.h"
 
 #define DEG (M_PI / 180)
@@ -42,6 +43,7 @@ struct window {
     perigee_planet_info info;
     GLFWwindow *glfw;
     perigee_view *view;
+    struct window_ground *ground;
     struct control *control;
     struct input *input;
     struct window_clock clock;
@@ -86,14 +88,10 @@ static geo_camera camera_in_radians(const perigee_camera *c)
                         fov_deg * DEG};
 }
 
-// No collision is possible far above the summits, and no tile need be read for one.
-static double ground(void *user, double lat, double lon)
+static double ground(void *user, double lat, double lon, double room)
 {
     struct window *w = user;
-    double top = w->info.height_max_m + TERRAIN_MARGIN, height = NAN;
-    if (w->control && control_camera(w->control)->position.height > top) return 0;
-    perigee_planet_height(w->params->planet, lat / DEG, lon / DEG, &height);
-    return height;
+    return window_ground_at(w->ground, lat, lon, room);
 }
 
 static bool pick(void *user, double x_px, double y_px, geodetic *point)
@@ -228,6 +226,7 @@ static bool open_scene(struct window *w)
     if (perigee_view_create(p->planet, p->view, &w->view)) return false;
     int width, height;
     glfwGetFramebufferSize(w->glfw, &width, &height);
+    w->ground = window_ground_create(p->planet);
     struct control_world world = {
         {w->info.equatorial_radius_m, w->info.polar_radius_m}, w, ground, pick};
     geo_camera start = camera_in_radians(&p->start);
@@ -292,7 +291,8 @@ static bool advance(struct window *w)
     bool sun = fabs(w->clock.unix_time_s - w->drawn_time_s) > SUN_STEP_S ||
                isnan(w->clock.unix_time_s) != isnan(w->drawn_time_s);
     bool active = input_take_activity(w->input);
-    return moved || told || sun || active || w->stats.needs_redraw || w->params->frames > 0;
+    bool news = window_ground_take_news(w->ground);
+    return moved || told || sun || active || news || w->stats.needs_redraw || w->params->frames > 0;
 }
 
 static void wait_for_events(const struct window *w, bool drew)
@@ -330,6 +330,7 @@ static void close_window(struct window *w)
     if (w->ui) ui_deinit();
     input_destroy(&w->input);
     control_destroy(&w->control);
+    window_ground_destroy(&w->ground);
     perigee_view_destroy(&w->view);
     if (w->glfw) glfwDestroyWindow(w->glfw);
     glfwTerminate();

@@ -23,8 +23,9 @@ static double terrain(double lat, double lon)
            500;
 }
 
-static double world_ground(void *user, double lat, double lon)
+static double world_ground(void *user, double lat, double lon, double room)
 {
+    (void)room;
     struct world *w = user;
     if (w->wall) return lat > WALL_LAT ? 300 : 0;
     return w->broken ? (double)NAN : terrain(lat, lon);
