@@ -1,6 +1,6 @@
-// The windows of one layer at every level and their filling: plans which strips are new, has workers read and resample
-// them, and hands finished strips to the owner of the textures in order, coarse to fine. No GL here.
-// Main only, one owner; workers inside.
+// The windows of one layer at every level and their filling: plans which strips are new, has
+// workers read and resample them, and hands finished strips to the owner of the textures in order,
+// coarse to fine. No GL here. Main only, one owner; workers inside.
 #ifndef PERIGEE_CLIPMAP_CLIPMAP_H
 #define PERIGEE_CLIPMAP_CLIPMAP_H
 
@@ -17,25 +17,29 @@ struct clipmap;
 typedef struct clipmap_params {
     enum tile_layer layer; // LAYER_HEIGHT (samples are float) or LAYER_COLOR (samples are RGBA8)
     window_shape shape;
-    int levels;            // 0 .. levels - 1
-    double ring_bound;     // A/B of the ellipsoid
-    size_t staging_bytes;  // bound of strips finished or in work; 0: 32 MiB
+    int levels;           // 0 .. levels - 1
+    double ring_bound;    // A/B of the ellipsoid
+    size_t staging_bytes; // bound of strips finished or in work; 0: 32 MiB, at least one row of
+                          // samples
 } clipmap_params;
 
 // What a level holds now. `valid` is what may be sampled: complete, uploaded, inside window.rect.
 typedef struct clipmap_level {
     window window;     // of the last clipmap_move
     window held;       // the window (zoom, share) the texture's samples belong to
-    window_rect valid; // part of it that is uploaded; may be empty
-    bool complete;     // valid == window.rect and the shares agree: nothing is missing
-    float min, max;    // heights: bounds of the valid samples; +inf, -inf when empty
+    window_rect valid; // part of it that is uploaded; may be empty. With the share of `window` it
+                       // lies inside window.rect; with another share it counts columns by
+                       // held.share, until the first strip of the new share
+    bool complete;  // valid == window.rect and the shares agree: nothing is missing
+    float min, max; // heights: bounds of the valid samples; +inf, -inf when empty
 } clipmap_level;
 
-// A finished strip: upload rect (already split so that it does not wrap in the texture) to texture texels
-// [tex_col, +cols) x [tex_row, +rows) of layer `level`. samples: rows * cols of float or RGBA8, row-major.
+// A finished strip: upload rect (already split so that it does not wrap in the texture) to texture
+// texels [tex_col, +cols) x [tex_row, +rows) of layer `level`. samples: rows * cols of float or
+// RGBA8, row-major.
 typedef struct clipmap_strip {
     int level;
-    window window;    // to which the rect belongs
+    window window; // to which the rect belongs
     window_rect rect;
     int tex_row, tex_col, rows, cols;
     const void *samples;
@@ -53,29 +57,36 @@ status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_
                       struct clipmap **out);
 void clipmap_destroy(struct clipmap **clipmap); // waits for its own work
 
-// Sets the focus (geodetic, rad) and the levels wanted [first, last]; level 0 and all coarser levels than `last` stay
-// wanted as the fallback. Plans, queues work, never blocks. Strips of a plan that a newer move made useless are dropped.
-// Call once a frame.
+// Sets the focus (geodetic, rad) and the levels wanted [first, last]; level 0 and all coarser
+// levels than `last` stay wanted as the fallback. Plans, queues work, never blocks. Strips of a
+// plan that a newer move made useless are dropped. Call once a frame.
 void clipmap_move(struct clipmap *clipmap, double lat, double lon, int last);
 
-// The next finished strip, coarse to fine, of at most `budget` bytes; false when there is none. The strip's samples
-// stay until clipmap_uploaded. From this call on, texels of the strip are no longer `valid` for older data.
+// The next finished strip, coarse to fine, of at most `budget` bytes (a longer one is handed out in
+// parts, of whole rows); false when there is none. The strip's samples stay until clipmap_uploaded.
+// From this call on, texels of the strip are no longer `valid` for older data. Upload strips in the
+// order they were handed out; each must come back through clipmap_uploaded, even when a newer move
+// has made it useless.
 bool clipmap_next_strip(struct clipmap *clipmap, size_t budget, clipmap_strip *out);
 void clipmap_uploaded(struct clipmap *clipmap, const clipmap_strip *strip);
 
 clipmap_level clipmap_level_state(const struct clipmap *clipmap, int level);
 
-// True when every wanted level is complete. `missing`, when not NULL, gets the number of strips outstanding.
+// True when every wanted level is complete. `missing`, when not NULL, gets the number of strips
+// outstanding.
 bool clipmap_complete(const struct clipmap *clipmap, int *missing);
 
-// Blocks until some strip is ready or `timeout_s` has passed or nothing is outstanding; true when one is ready.
+// Blocks until some strip is ready or `timeout_s` has passed or nothing is outstanding; true when
+// one is ready.
 bool clipmap_wait(struct clipmap *clipmap, double timeout_s);
 
 void clipmap_counters(const struct clipmap *clipmap, struct clipmap_counters *out);
 
-// Resamples a rectangle of a window from the pyramid; what the workers do. samples: (row1-row0) * (col1-col0) of float or
-// RGBA8. Window columns coarser than the tile's samples average them, finer ones interpolate linearly. Any thread.
-status clipmap_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape, const window *w,
-                    window_rect rect, void *samples);
+// Resamples a rectangle of a window from the pyramid; what the workers do. samples: (row1-row0) *
+// (col1-col0) of float or RGBA8. Window columns coarser than the tile's samples average them (at
+// most 256 of them), finer ones interpolate linearly; colour (sRGB-encoded, A too) in linear light.
+// ERR_MEMORY only. Any thread.
+status clipmap_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
+                    const window *w, window_rect rect, void *samples);
 
 #endif

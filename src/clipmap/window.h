@@ -1,21 +1,26 @@
-// Which rectangle of the map a clipmap level holds: pure arithmetic, no state, so that the same viewer always has the
-// same windows whatever path led there.
+// Which rectangle of the map a clipmap level holds: pure arithmetic, no state, so that the same
+// viewer always has the same windows whatever path led there.
 //
-// The map of zoom l has 256 2^l sample rows (row 0 northmost, step pi / (256 2^l)). A window samples it in columns of
-// step 2 pi / (cols 2^k): its width is the share 2 pi / 2^k of the circle, k in [0, l], the narrowest power of two that
-// holds the ring. Window columns are numbered on that step from longitude -pi, so column j of share k lies at longitude
-// -pi + (j + 1/2) step, and j counts modulo cols 2^k. Rows beyond a pole hold the opposite meridian: row -1 - r at
-// longitude lon is row r at lon + pi. A full-circle window (k = 0) holds every column and never moves sideways.
-// A sample lives in the texture at (row mod rows, col mod cols).
-// Pure functions. Any thread.
+// The map of zoom l has 256 2^l sample rows (row 0 northmost, step pi / (256 2^l)). A window
+// samples it in columns of step 2 pi / (cols 2^k): its width is the share 2 pi / 2^k of the circle,
+// k in [0, l], the narrowest power of two that holds the ring. Window columns are numbered on that
+// step from longitude -pi, so column j of share k lies at longitude -pi + (j + 1/2) step, and j
+// counts modulo cols 2^k. Rows beyond a pole hold the opposite meridian: row -1 - r at longitude
+// lon is row r at lon + pi. A full-circle window (k = 0) holds every column and never moves
+// sideways. A sample lives in the texture at (row mod rows, col mod cols). The margin, (rows -
+// diameter_rows) / 2 samples on each side of the ring in both directions, has room for the bilinear
+// footprint (1), the snapping (1/2), geodetic against reduced latitude (up to A/B - 1 of the
+// radius) and for data that lags behind the viewer. Rows are clipped at the margin beyond a pole:
+// there a window stands still. Pure functions. Any thread.
 #ifndef PERIGEE_CLIPMAP_WINDOW_H
 #define PERIGEE_CLIPMAP_WINDOW_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-// Shape of the windows of one layer. The ring of level i >= 1 (radius pi 2^-i) needs `diameter_rows` rows across its
-// diameter: zoom l = i - 1 + log2(diameter_rows / 256); level 0 holds the whole map at the zoom of level 1.
+// Shape of the windows of one layer. The ring of level i >= 1 (radius pi 2^-i) needs
+// `diameter_rows` rows across its diameter: zoom l = i - 1 + log2(diameter_rows / 256); level 0
+// holds the whole map at the zoom of level 1.
 typedef struct window_shape {
     int rows;          // texture rows, diameter_rows + 2 * margin
     int cols;          // texture columns, a power of two
@@ -26,8 +31,8 @@ typedef struct window_shape {
 #define WINDOW_HEIGHT ((window_shape){288, 512, 256})
 #define WINDOW_COLOR  ((window_shape){1056, 1024, 1024})
 
-// A half-open rectangle of window samples: rows [row0, row1), columns [col0, col1), col1 - col0 <= cols. Empty when
-// row0 >= row1 or col0 >= col1.
+// A half-open rectangle of window samples: rows [row0, row1), columns [col0, col1), col1 - col0 <=
+// cols. Empty when row0 >= row1 or col0 >= col1.
 typedef struct window_rect {
     int64_t row0, row1, col0, col1;
 } window_rect;
@@ -39,24 +44,35 @@ typedef struct window {
     window_rect rect; // always `rows` x `cols` samples
 } window;
 
-// The window of a level for a focus at geodetic latitude and longitude (rad). ring_bound: by how much the geodetic radius
-// may exceed the reduced one (A/B of the ellipsoid, >= 1).
+// The window of a level for a focus at geodetic latitude and longitude (rad; any finite longitude).
+// ring_bound: by how much the geodetic radius may exceed the reduced one: A/B of the ellipsoid. It
+// also gives the reduced latitude, on which the ring's longitude span depends. The ring and its
+// bilinear footprint lie inside while diameter_rows / 2 * (ring_bound - 1) + 3/2 <= margin (A/B
+// <= 1.11 for both shapes above).
 window window_at(const window_shape *shape, int level, double lat, double lon, double ring_bound);
 
 // Steps between samples, rad.
 double window_step_lat(const window *w);
 double window_step_lon(const window_shape *shape, const window *w);
 
-// Continuous sample coordinates of a place: sample (row, col) has its centre at row + 1/2, col + 1/2.
-// col is on the copy of the circle nearest to the rectangle's middle.
-void window_coordinates(const window_shape *shape, const window *w, double lat, double lon, double *row,
-                        double *col);
+// Continuous sample coordinates of a place: sample (row, col) has its centre at row + 1/2, col +
+// 1/2. col is on the copy of the circle nearest to the rectangle's middle.
+void window_coordinates(const window_shape *shape, const window *w, double lat, double lon,
+                        double *row, double *col);
+
+// Texel of a sample along an axis of `size` texels: sample mod size, never negative.
+int window_texel(int64_t sample, int size);
 
 bool window_rect_empty(window_rect r);
 window_rect window_rect_intersect(window_rect a, window_rect b);
 
-// target minus held, as at most 4 disjoint rectangles: first columns beside `held` on its rows, then whole rows.
-// Both of the same share; `held` is empty or inside `target`. Returns the count.
+// rect moved by whole turns of the given share so that its middle is as near to that of `near` as
+// can be.
+window_rect window_rect_turned(const window_shape *shape, int share, window_rect rect,
+                               window_rect near);
+
+// target minus held, as at most 4 disjoint rectangles: first columns beside `held` on its rows,
+// then whole rows. Both of the same share; `held` is empty or inside `target`. Returns the count.
 int window_rect_missing(window_rect target, window_rect held, window_rect out[4]);
 
 #endif

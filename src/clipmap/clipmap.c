@@ -1,0 +1,298 @@
+// Per level one plan at a time: the window it aims at, the strips that are missing from it, the
+// jobs in work for it. Invariant: the texture holds right samples all over `valid`. The strips of a
+// plan lie outside valid ∩ target, and no two samples of one window share a texel, so `valid` has
+// to shrink to that only when the first strip is handed out, and grows to the target when the last
+// one was uploaded.
+#include "clipmap/clipmap.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "clipmap/jobs.h"
+#include "clipmap/strips.h"
+
+static const size_t DEFAULT_STAGING = (size_t)32 << 20;
+
+struct plan {
+    bool active, begun; // begun: a strip was handed out
+    window window;      // aimed at; its rect counts columns on the turn the plan was made on
+    window_rect target; // of it, what will be valid at the end
+    clip_strips strips; // not yet queued
+    int live;           // queued, ready or handed out
+};
+
+struct level {
+    window window, held;
+    window_rect valid; // in columns of `held`
+    clip_range range;  // heights in `valid`
+    struct plan plan;
+    struct clip_bounds *bounds;
+};
+
+struct clipmap {
+    clipmap_params params;
+    struct clip_jobs *jobs;
+    struct level *levels;
+    int last; // finest wanted; -1 before the first move
+    double lat, lon;
+    struct clipmap_counters counters;
+};
+
+status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_params *params,
+                      struct clipmap **out)
+{
+    const window_shape *shape = &params->shape;
+    assert(params->levels > 0 && params->levels <= CLIPMAP_MAX_LEVELS);
+    assert(shape->cols >= CLIP_CELL && !(shape->cols & (shape->cols - 1)));
+    assert(window_at(shape, params->levels - 1, 0, 0, 1).zoom <= GRID_MAX_ZOOM);
+    struct clipmap *c = NEW(struct clipmap);
+    c->params = *params;
+    c->last = -1;
+    if (!c->params.staging_bytes) c->params.staging_bytes = DEFAULT_STAGING;
+    c->levels = NEW_ARRAY(struct level, (size_t)params->levels);
+    for (int i = 0; i < params->levels; i++) {
+        struct level *l = &c->levels[i];
+        l->window.level = l->held.level = i;
+        l->range = CLIP_RANGE_EMPTY;
+        if (params->layer == LAYER_HEIGHT) l->bounds = clip_bounds_create(shape->rows, shape->cols);
+    }
+    struct clip_jobs_params jobs = {pyramid, pool, params->layer, *shape, c->params.staging_bytes};
+    status s = clip_jobs_create(&jobs, &c->jobs);
+    if (s) clipmap_destroy(&c);
+    *out = c;
+    return s;
+}
+
+void clipmap_destroy(struct clipmap **clipmap)
+{
+    struct clipmap *c = *clipmap;
+    if (!c) return;
+    clip_jobs_destroy(&c->jobs);
+    for (int i = 0; i < c->params.levels; i++) clip_bounds_destroy(&c->levels[i].bounds);
+    free(c->levels);
+    free(c);
+    *clipmap = NULL;
+}
+
+static bool rect_equal(window_rect a, window_rect b)
+{
+    return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
+}
+
+// What is valid of a window of the level, in the window's own columns.
+static window_rect valid_in(const struct clipmap *c, const struct level *l, const window *w)
+{
+    if (window_rect_empty(l->valid) || l->held.share != w->share) return (window_rect){0};
+    window_rect v = window_rect_turned(&c->params.shape, w->share, l->valid, w->rect);
+    return window_rect_intersect(v, w->rect);
+}
+
+static bool level_complete(const struct clipmap *c, const struct level *l)
+{
+    return !window_rect_empty(l->window.rect) &&
+           rect_equal(valid_in(c, l, &l->window), l->window.rect);
+}
+
+static void set_valid(struct level *l, const window *held, window_rect valid)
+{
+    l->held = *held;
+    l->valid = valid;
+    l->range = l->bounds ? clip_bounds_of(l->bounds, valid) : CLIP_RANGE_EMPTY;
+}
+
+static void plan_start(struct clipmap *c, struct level *l)
+{
+    window_rect kept = valid_in(c, l, &l->window);
+    l->plan = (struct plan){.active = true, .window = l->window, .target = l->window.rect};
+    l->plan.strips = clip_strips_missing(&c->params.shape, l->window.rect, kept);
+}
+
+// The first strip is handed out: texels outside the target are about to be overwritten.
+static void plan_begin(struct clipmap *c, struct level *l)
+{
+    struct plan *p = &l->plan;
+    window_rect kept = valid_in(c, l, &p->window);
+    if (window_rect_empty(kept)) c->counters.refills++;
+    p->begun = true;
+    set_valid(l, &p->window, window_rect_intersect(kept, p->target));
+}
+
+static void plan_finish_if_done(struct clipmap *c, struct level *l)
+{
+    struct plan *p = &l->plan;
+    if (!p->active || p->live || clip_strips_left(&p->strips, clip_jobs_max_rows(c->jobs))) return;
+    if (p->begun) set_valid(l, &p->window, p->target);
+    p->active = false;
+}
+
+static void plan_cancel(struct clipmap *c, struct level *l)
+{
+    if (!l->plan.active) return;
+    clip_jobs_drop(c->jobs, l->window.level, (window_rect){0});
+    l->plan.active = false;
+}
+
+// Fits the plan to the level's new window: strips that have nothing in it are dropped, and a plan
+// that has nothing in it is cancelled. A plan that still has a part in it runs to its end; the
+// margins absorb the lag.
+static void plan_refit(struct clipmap *c, struct level *l)
+{
+    struct plan *p = &l->plan;
+    if (!p->active) return;
+    if (p->window.share != l->window.share) {
+        plan_cancel(c, l);
+        return;
+    }
+    window_rect now =
+        window_rect_turned(&c->params.shape, p->window.share, l->window.rect, p->window.rect);
+    window_rect keep = window_rect_intersect(p->target, now);
+    if (window_rect_empty(keep)) {
+        plan_cancel(c, l);
+        return;
+    }
+    bool cut = clip_strips_clip(&p->strips, keep);
+    int dropped = clip_jobs_drop(c->jobs, l->window.level, keep);
+    p->live -= dropped;
+    if (cut || dropped) p->target = keep;
+    plan_finish_if_done(c, l);
+}
+
+// Queues strips coarse to fine while there are blocks: a level is planned when every coarser one is
+// complete or in work.
+static void feed(struct clipmap *c)
+{
+    bool room = true;
+    int max_rows = clip_jobs_max_rows(c->jobs);
+    for (int i = 0; i <= c->last && room; i++) {
+        struct level *l = &c->levels[i];
+        struct plan *p = &l->plan;
+        if (!p->active && level_complete(c, l)) continue;
+        if (!p->active) plan_start(c, l);
+        clip_strips rest = p->strips;
+        for (window_rect r; room && clip_strips_take(&rest, max_rows, &r);) {
+            room = clip_jobs_add(c->jobs, &p->window, r);
+            if (!room) break;
+            p->strips = rest;
+            p->live++;
+        }
+    }
+    clip_jobs_start(c->jobs);
+}
+
+void clipmap_move(struct clipmap *c, double lat, double lon, int last)
+{
+    assert(last >= 0);
+    if (last >= c->params.levels) last = c->params.levels - 1;
+    bool moved = c->last < 0 || lat != c->lat || lon != c->lon;
+    clip_jobs_retry(c->jobs);
+    for (int i = 0; i < c->params.levels && moved; i++) {
+        struct level *l = &c->levels[i];
+        l->window = window_at(&c->params.shape, i, lat, lon, c->params.ring_bound);
+        plan_refit(c, l);
+    }
+    for (int i = last + 1; i <= c->last; i++) plan_cancel(c, &c->levels[i]);
+    c->lat = lat;
+    c->lon = lon;
+    c->last = last;
+    feed(c);
+}
+
+bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
+{
+    struct clip_job *job = clip_jobs_ready(c->jobs);
+    if (!job) return false;
+    const window_shape *shape = &c->params.shape;
+    size_t row_bytes = 4 * (size_t)(job->rect.col1 - job->rect.col0);
+    size_t rows = (size_t)(job->rect.row1 - job->rect.row0 - job->handed);
+    if (rows > budget / row_bytes) rows = budget / row_bytes;
+    if (!rows) return false;
+    struct level *l = &c->levels[job->window.level];
+    if (!l->plan.begun) plan_begin(c, l);
+
+    clipmap_strip s = {.level = job->window.level, .window = job->window, .rect = job->rect};
+    s.rect.row0 += job->handed;
+    s.rect.row1 = s.rect.row0 + (int64_t)rows;
+    s.rows = (int)rows;
+    s.cols = (int)(s.rect.col1 - s.rect.col0);
+    s.tex_row = window_texel(s.rect.row0, shape->rows);
+    s.tex_col = window_texel(s.rect.col0, shape->cols);
+    s.samples = (const unsigned char *)job->samples + (size_t)job->handed * row_bytes;
+    s.bytes = rows * row_bytes;
+    if (l->bounds)
+        clip_bounds_write(l->bounds, s.tex_row, s.rows, s.tex_col, s.cols,
+                          job->ranges + job->handed * clip_bounds_cells(s.tex_col, s.cols));
+    job->handed += s.rows;
+    c->counters.strips++;
+    c->counters.samples += s.bytes / 4;
+    c->counters.bytes += s.bytes;
+    *out = s;
+    return true;
+}
+
+void clipmap_uploaded(struct clipmap *c, const clipmap_strip *strip)
+{
+    struct clip_job *job = clip_jobs_of_samples(c->jobs, strip->samples);
+    struct level *l = &c->levels[strip->level];
+    bool orphan = job->state == CLIP_JOB_ORPHAN;
+    job->uploaded += strip->rows;
+    if (job->uploaded < (orphan ? job->handed : (int)(job->rect.row1 - job->rect.row0))) return;
+    clip_jobs_release(c->jobs, job);
+    if (!orphan) l->plan.live--;
+    plan_finish_if_done(c, l);
+    feed(c);
+}
+
+clipmap_level clipmap_level_state(const struct clipmap *c, int level)
+{
+    assert(level >= 0 && level < c->params.levels);
+    const struct level *l = &c->levels[level];
+    clipmap_level s = {.window = l->window, .held = l->held, .valid = l->valid};
+    if (window_rect_empty(l->valid)) s.held = l->window;
+    if (s.held.share == s.window.share) {
+        s.held.rect =
+            window_rect_turned(&c->params.shape, s.held.share, s.held.rect, s.window.rect);
+        s.valid = valid_in(c, l, &l->window);
+    }
+    if (window_rect_empty(s.valid)) s.valid = (window_rect){0};
+    s.complete = level_complete(c, l);
+    clip_range r = window_rect_empty(s.valid) ? CLIP_RANGE_EMPTY : l->range;
+    s.min = r.min;
+    s.max = r.max;
+    return s;
+}
+
+bool clipmap_complete(const struct clipmap *c, int *missing)
+{
+    int strips = 0;
+    bool complete = true;
+    for (int i = 0; i <= c->last; i++) {
+        const struct level *l = &c->levels[i];
+        if (level_complete(c, l)) continue;
+        int left = 0;
+        if (l->plan.active)
+            left = l->plan.live + clip_strips_left(&l->plan.strips, clip_jobs_max_rows(c->jobs));
+        strips += left ? left : 1;
+        complete = false;
+    }
+    if (missing) *missing = strips;
+    return complete;
+}
+
+bool clipmap_wait(struct clipmap *c, double timeout_s)
+{
+    const double longest_s = 1e6;
+    double deadline = clip_jobs_clock() + fmin(fmax(timeout_s, 0), longest_s);
+    for (;;) {
+        feed(c);
+        enum clip_wait result = clip_jobs_wait(c->jobs, deadline);
+        if (result != CLIP_WAIT_CHANGED) return result == CLIP_WAIT_READY;
+    }
+}
+
+void clipmap_counters(const struct clipmap *c, struct clipmap_counters *out)
+{
+    *out = c->counters;
+    out->staging_bytes = clip_jobs_bytes(c->jobs);
+}

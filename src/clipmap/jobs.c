@@ -1,0 +1,300 @@
+// Invariant, under the lock: unfinished = jobs queued, running or dropped; runners = tasks in the
+// pool, waiting or running, never more than the pool's threads. Fields other than `state` change
+// hands with it: the worker's while running or dropped, else the owner's.
+#include "clipmap/jobs.h"
+
+#include <assert.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "base/memory.h"
+
+enum { MAX_STRIP_ROWS = 64, MIN_BLOCKS = 8, MAX_BLOCKS = 256 };
+
+struct clip_jobs {
+    struct clip_jobs_params params;
+    int max_rows, count;
+    size_t block_bytes, block_ranges;
+    unsigned char *samples;
+    clip_range *ranges;
+    struct clip_job *job;
+    uint64_t next_order;
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+    int runners, unfinished;
+};
+
+// Blocks of 64 rows as many as the bound allows, of fewer rows where it is tight.
+static void choose_blocks(struct clip_jobs *j)
+{
+    size_t row_bytes = 4 * (size_t)j->params.shape.cols, bound = j->params.staging_bytes;
+    j->max_rows = MAX_STRIP_ROWS;
+    while (j->max_rows > 1 && bound / (row_bytes * (size_t)j->max_rows) < MIN_BLOCKS)
+        j->max_rows /= 2;
+    j->block_bytes = row_bytes * (size_t)j->max_rows;
+    size_t count = bound / j->block_bytes;
+    j->count = count > MAX_BLOCKS ? MAX_BLOCKS : count < 1 ? 1 : (int)count;
+    j->block_ranges = (size_t)j->max_rows * (size_t)(j->params.shape.cols / CLIP_CELL);
+}
+
+status clip_jobs_create(const struct clip_jobs_params *params, struct clip_jobs **out)
+{
+    struct clip_jobs *j = NEW(struct clip_jobs);
+    j->params = *params;
+    choose_blocks(j);
+    size_t ranges = params->layer == LAYER_HEIGHT ? j->block_ranges : 0;
+    j->job = NEW_ARRAY(struct clip_job, (size_t)j->count);
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&j->lock, NULL);
+    pthread_cond_init(&j->changed, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    j->samples = calloc((size_t)j->count, j->block_bytes);
+    if (ranges) j->ranges = calloc((size_t)j->count * ranges, sizeof *j->ranges);
+    *out = j;
+    if (!j->samples || (ranges && !j->ranges)) {
+        clip_jobs_destroy(out);
+        return ERR_MEMORY;
+    }
+    for (int i = 0; i < j->count; i++) {
+        j->job[i].samples = j->samples + (size_t)i * j->block_bytes;
+        if (ranges) j->job[i].ranges = j->ranges + (size_t)i * ranges;
+    }
+    return OK;
+}
+
+void clip_jobs_destroy(struct clip_jobs **jobs)
+{
+    struct clip_jobs *j = *jobs;
+    if (!j) return;
+    pthread_mutex_lock(&j->lock);
+    for (int i = 0; i < j->count; i++)
+        if (j->job[i].state == CLIP_JOB_QUEUED) j->job[i].state = CLIP_JOB_FREE;
+    while (j->runners) pthread_cond_wait(&j->changed, &j->lock);
+    pthread_mutex_unlock(&j->lock);
+    pthread_cond_destroy(&j->changed);
+    pthread_mutex_destroy(&j->lock);
+    free(j->samples);
+    free(j->ranges);
+    free(j->job);
+    free(j);
+    *jobs = NULL;
+}
+
+int clip_jobs_max_rows(const struct clip_jobs *j)
+{
+    return j->max_rows;
+}
+
+static bool goes_before(const struct clip_job *a, const struct clip_job *b)
+{
+    if (a->window.level != b->window.level) return a->window.level < b->window.level;
+    return a->order < b->order;
+}
+
+static struct clip_job *first_queued(struct clip_jobs *j)
+{
+    struct clip_job *best = NULL;
+    for (int i = 0; i < j->count; i++) {
+        struct clip_job *job = &j->job[i];
+        if (job->state == CLIP_JOB_QUEUED && (!best || goes_before(job, best))) best = job;
+    }
+    return best;
+}
+
+// Without the lock.
+static status fill(const struct clip_jobs *j, struct clip_job *job)
+{
+    const struct clip_jobs_params *p = &j->params;
+    window_rect r = job->rect;
+    status s = clipmap_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->samples);
+    if (!s && job->ranges)
+        clip_bounds_reduce(job->samples, (int)(r.row1 - r.row0),
+                           window_texel(r.col0, p->shape.cols), (int)(r.col1 - r.col0),
+                           job->ranges);
+    return s;
+}
+
+static void run_one(struct clip_jobs *j, struct clip_job *job)
+{
+    job->state = CLIP_JOB_RUNNING;
+    pthread_mutex_unlock(&j->lock);
+    status s = fill(j, job);
+    pthread_mutex_lock(&j->lock);
+    if (job->state == CLIP_JOB_DROPPED) job->state = CLIP_JOB_FREE;
+    else job->state = s ? CLIP_JOB_FAILED : CLIP_JOB_READY;
+    j->unfinished--;
+    pthread_cond_broadcast(&j->changed);
+}
+
+// One strip, then to the back of the queue: the pool is shared.
+static void run(void *arg, int worker)
+{
+    (void)worker;
+    struct clip_jobs *j = arg;
+    pthread_mutex_lock(&j->lock);
+    for (struct clip_job *job; (job = first_queued(j));) {
+        run_one(j, job);
+        if (!first_queued(j) || !pool_try_submit(j->params.pool, run, j)) continue;
+        pthread_mutex_unlock(&j->lock);
+        return;
+    }
+    j->runners--;
+    pthread_cond_broadcast(&j->changed);
+    pthread_mutex_unlock(&j->lock);
+}
+
+void clip_jobs_start(struct clip_jobs *j)
+{
+    int threads = pool_threads(j->params.pool);
+    pthread_mutex_lock(&j->lock);
+    while (j->runners < threads && j->runners < j->unfinished &&
+           pool_try_submit(j->params.pool, run, j))
+        j->runners++;
+    pthread_mutex_unlock(&j->lock);
+}
+
+bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect)
+{
+    pthread_mutex_lock(&j->lock);
+    struct clip_job *job = NULL;
+    for (int i = 0; i < j->count && !job; i++)
+        if (j->job[i].state == CLIP_JOB_FREE) job = &j->job[i];
+    if (job) {
+        job->state = CLIP_JOB_QUEUED;
+        job->order = j->next_order++;
+        job->window = *w;
+        job->rect = rect;
+        job->handed = job->uploaded = 0;
+        j->unfinished++;
+    }
+    pthread_mutex_unlock(&j->lock);
+    return job != NULL;
+}
+
+static bool is_ready(const struct clip_job *job)
+{
+    return job->state == CLIP_JOB_READY && job->handed < job->rect.row1 - job->rect.row0;
+}
+
+struct clip_job *clip_jobs_ready(struct clip_jobs *j)
+{
+    struct clip_job *best = NULL;
+    pthread_mutex_lock(&j->lock);
+    for (int i = 0; i < j->count; i++) {
+        struct clip_job *job = &j->job[i];
+        if (is_ready(job) && (!best || goes_before(job, best))) best = job;
+    }
+    pthread_mutex_unlock(&j->lock);
+    return best;
+}
+
+struct clip_job *clip_jobs_of_samples(struct clip_jobs *j, const void *samples)
+{
+    size_t offset = (size_t)((const unsigned char *)samples - j->samples);
+    assert(offset < (size_t)j->count * j->block_bytes);
+    return &j->job[offset / j->block_bytes];
+}
+
+void clip_jobs_release(struct clip_jobs *j, struct clip_job *job)
+{
+    pthread_mutex_lock(&j->lock);
+    job->state = CLIP_JOB_FREE;
+    pthread_mutex_unlock(&j->lock);
+}
+
+static void drop(struct clip_jobs *j, struct clip_job *job)
+{
+    switch (job->state) {
+    case CLIP_JOB_QUEUED:
+        job->state = CLIP_JOB_FREE;
+        j->unfinished--;
+        break;
+    case CLIP_JOB_RUNNING:
+        job->state = CLIP_JOB_DROPPED;
+        break;
+    case CLIP_JOB_READY:
+        job->state = job->uploaded < job->handed ? CLIP_JOB_ORPHAN : CLIP_JOB_FREE;
+        break;
+    default:
+        job->state = CLIP_JOB_FREE;
+    }
+}
+
+int clip_jobs_drop(struct clip_jobs *j, int level, window_rect keep)
+{
+    int count = 0;
+    pthread_mutex_lock(&j->lock);
+    for (int i = 0; i < j->count; i++) {
+        struct clip_job *job = &j->job[i];
+        if (job->state == CLIP_JOB_FREE || job->state == CLIP_JOB_DROPPED ||
+            job->state == CLIP_JOB_ORPHAN || job->window.level != level ||
+            !window_rect_empty(window_rect_intersect(job->rect, keep)))
+            continue;
+        drop(j, job);
+        count++;
+    }
+    pthread_mutex_unlock(&j->lock);
+    return count;
+}
+
+void clip_jobs_retry(struct clip_jobs *j)
+{
+    pthread_mutex_lock(&j->lock);
+    for (int i = 0; i < j->count; i++) {
+        if (j->job[i].state != CLIP_JOB_FAILED) continue;
+        j->job[i].state = CLIP_JOB_QUEUED;
+        j->unfinished++;
+    }
+    pthread_mutex_unlock(&j->lock);
+}
+
+size_t clip_jobs_bytes(struct clip_jobs *j)
+{
+    size_t samples = 0;
+    pthread_mutex_lock(&j->lock);
+    for (int i = 0; i < j->count; i++) {
+        window_rect r = j->job[i].rect;
+        if (j->job[i].state != CLIP_JOB_FREE)
+            samples += (size_t)(r.row1 - r.row0) * (size_t)(r.col1 - r.col0);
+    }
+    pthread_mutex_unlock(&j->lock);
+    return 4 * samples;
+}
+
+double clip_jobs_clock(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static enum clip_wait look(const struct clip_jobs *j)
+{
+    bool failed = false;
+    for (int i = 0; i < j->count; i++) {
+        if (is_ready(&j->job[i])) return CLIP_WAIT_READY;
+        failed |= j->job[i].state == CLIP_JOB_FAILED;
+    }
+    return j->unfinished || failed ? CLIP_WAIT_TIMEOUT : CLIP_WAIT_IDLE;
+}
+
+enum clip_wait clip_jobs_wait(struct clip_jobs *j, double deadline_s)
+{
+    const double retry_s = 1e-3; // when the pool had no room for a runner
+    pthread_mutex_lock(&j->lock);
+    enum clip_wait result = look(j);
+    double now = clip_jobs_clock();
+    if (result == CLIP_WAIT_TIMEOUT && now < deadline_s) {
+        if (j->unfinished && !j->runners) deadline_s = fmin(deadline_s, now + retry_s);
+        struct timespec t = {.tv_sec = (time_t)deadline_s};
+        t.tv_nsec = (long)((deadline_s - (double)t.tv_sec) * 1e9);
+        pthread_cond_timedwait(&j->changed, &j->lock, &t);
+        result = CLIP_WAIT_CHANGED;
+    }
+    pthread_mutex_unlock(&j->lock);
+    return result;
+}
