@@ -104,6 +104,16 @@ ensure_build() {
     [[ $target != all ]] || cp -p "$stamp" "$build/built-program"
 }
 
+# ensure_earth PROGRAM: the default Earth, where the program looks for it, made before the first start.
+ensure_earth() {
+    local earth data=${XDG_DATA_HOME:-}
+    [[ $data == /* ]] || data=${HOME:-}/.local/share
+    earth=${PERIGEE_EARTH:-$data/perigee/earth.planet}
+    [[ ! -e $earth ]] || return 0
+    say "making the default Earth, once: $earth"
+    "$1" import --earth >&2 </dev/null || die "the default Earth could not be made"
+}
+
 # lock_build BUILD: one set-up at a time; unlock_build before the program starts.
 lock_build() {
     mkdir -p "$1" || die "cannot make the build folder $1"

@@ -97,4 +97,16 @@ set_up ensure_build "$work/build" tests all
 check "a new file builds" did ninja
 set_up ensure_build "$work/build" program perigee
 check "building all covers the program" test ! -s "$work/done"
+
+stand_in perigee 'echo "perigee $*" >>"$WORK/done"; echo chatter; : >"$PERIGEE_EARTH"'
+export PERIGEE_EARTH=$work/earth.planet
+set_up ensure_earth "$work/bin/perigee"
+check "the default Earth is made" did "perigee import --earth"
+set_up ensure_earth "$work/bin/perigee"
+check "once" test ! -s "$work/err" -a ! -s "$work/done"
+rm "$PERIGEE_EARTH"
+stand_in perigee 'exit 1'
+set_up ensure_earth "$work/bin/perigee"
+check "a failure is told" says "the default Earth could not be made"
+check "and is a failure" test "$status" = 1
 exit $failed
