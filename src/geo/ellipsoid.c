@@ -74,6 +74,7 @@ dmat3 geo_ecef_from_enu(double lat, double lon)
 
 double geo_wrap_lon(double lon)
 {
+    if (lon >= -M_PI && lon < M_PI) return lon;
     double w = lon - 2 * M_PI * floor((lon + M_PI) / (2 * M_PI));
     if (w >= M_PI) return -M_PI;
     return w < -M_PI ? -M_PI : w;

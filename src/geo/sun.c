@@ -1,5 +1,7 @@
-// Apparent place of the sun (VSOP87, libnova) turned by apparent sidereal time. Time is the C
-// library's proleptic Gregorian count without leap seconds.
+// Apparent place of the sun turned by apparent sidereal time. libnova gives the geometric place in
+// the ecliptic of J2000 (VSOP87), nutation and sidereal time. Its ln_get_solar_equ_coords leaves
+// out the precession, a third of a degree in 2023, and its ln_get_ecl_prec is wrong by tens of
+// degrees, so the precession is our own.
 #include "geo/sun.h"
 
 #include <ctype.h>
@@ -7,6 +9,7 @@
 #include <string.h>
 
 #include <libnova/dynamical_time.h>
+#include <libnova/nutation.h>
 #include <libnova/sidereal_time.h>
 #include <libnova/solar.h>
 
@@ -14,19 +17,54 @@
 #define DAY_S         86400.0
 #define DEGREE        (M_PI / 180)
 
+#define ARCSECOND (DEGREE / 3600)
+
+// Constant of aberration, rad at 1 AU (Meeus, eq. 25.10).
+#define ABERRATION (20.4898 * ARCSECOND)
+
 // libnova keeps its last nutation and earth position in unguarded static variables.
 static pthread_mutex_t libnova_lock = PTHREAD_MUTEX_INITIALIZER;
 
+// Coordinates in a frame turned by an angle about x, about z.
+static dvec3 turn_x(dvec3 v, double angle)
+{
+    double c = cos(angle), s = sin(angle);
+    return (dvec3){v.x, c * v.y + s * v.z, c * v.z - s * v.y};
+}
+
+static dvec3 turn_z(dvec3 v, double angle)
+{
+    double c = cos(angle), s = sin(angle);
+    return (dvec3){c * v.x + s * v.y, c * v.y - s * v.x, v.z};
+}
+
+// Mean ecliptic of J2000 to that of date.
+//   source  IAU 1976 as in Meeus, Astronomical Algorithms, 2nd ed., eq. 21.5 with J2000 as the
+//   start
+static dvec3 precess(dvec3 v, double jde)
+{
+    double t = (jde - 2451545.0) / 36525;
+    double tilt = ((0.000060 * t - 0.03302) * t + 47.0029) * t * ARCSECOND;
+    double node = 174.876384 * DEGREE + (0.03536 * t - 869.8089) * t * ARCSECOND;
+    double along = ((-0.000006 * t + 1.11113) * t + 5029.0966) * t * ARCSECOND;
+    return turn_z(turn_x(turn_z(v, node), tilt), -(node + along));
+}
+
 dvec3 geo_sun_direction(double unix_time_s)
 {
-    double jd = UNIX_EPOCH_JD + unix_time_s / DAY_S;
-    struct ln_equ_posn sun;
+    double jd = UNIX_EPOCH_JD + unix_time_s / DAY_S, jde = ln_get_jde(jd);
+    struct ln_helio_posn geometric;
+    struct ln_nutation nutation;
     pthread_mutex_lock(&libnova_lock);
-    ln_get_solar_equ_coords(ln_get_jde(jd), &sun);
+    ln_get_solar_geom_coords(jde, &geometric);
+    ln_get_nutation(jde, &nutation);
     double sidereal_hours = ln_get_apparent_sidereal_time(jd);
     pthread_mutex_unlock(&libnova_lock);
-    double lon = (sun.ra - 15 * sidereal_hours) * DEGREE, dec = sun.dec * DEGREE;
-    return (dvec3){cos(dec) * cos(lon), cos(dec) * sin(lon), sin(dec)};
+    double lon = geometric.L * DEGREE, lat = geometric.B * DEGREE;
+    dvec3 ecliptic = precess((dvec3){cos(lat) * cos(lon), cos(lat) * sin(lon), sin(lat)}, jde);
+    double shift = nutation.longitude * DEGREE - ABERRATION / geometric.R;
+    double obliquity = (nutation.ecliptic + nutation.obliquity) * DEGREE;
+    return turn_z(turn_x(turn_z(ecliptic, -shift), -obliquity), sidereal_hours * 15 * DEGREE);
 }
 
 // Exactly `digits` decimal digits at *at, which moves past them; -1 otherwise.
