@@ -1,0 +1,360 @@
+// The program itself: what it answers without a GPU, and that each fault is exit status 1 and one
+// line on standard error that names the thing. A small planet is imported through the program and
+// looked at.
+#include "check.h"
+
+#include <fcntl.h>
+#include <ftw.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "app/image_png.h"
+
+enum { TEXT_SIZE = 1 << 16, MAX_ARGS = 40 };
+
+// What a run of the program said and how it ended.
+struct answer {
+    int status; // exit status, -1: ended by a signal
+    char out[TEXT_SIZE], err[TEXT_SIZE];
+    double seconds;
+};
+
+static struct answer answer;
+static char folder[] = "cli-XXXXXX";
+
+static void read_text(const char *path, char *text)
+{
+    FILE *f = fopen(path, "rb");
+    size_t n = f ? fread(text, 1, TEXT_SIZE - 1, f) : 0;
+    text[n] = '\0';
+    if (f) fclose(f);
+}
+
+static void redirect(const char *path, int to)
+{
+    int f = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    if (f < 0 || dup2(f, to) < 0) _exit(126);
+}
+
+static double now_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// Runs the program with the words of `line`, without a display. "NAME=VALUE" words at the front go
+// to its environment.
+static void run(const char *line)
+{
+    char copy[1024], *argv[MAX_ARGS + 1] = {0};
+    int argc = 0;
+    snprintf(copy, sizeof copy, "perigee %s", line);
+    for (char *word = strtok(copy, " "); word && argc < MAX_ARGS; word = strtok(NULL, " "))
+        argv[argc++] = word;
+    double start = now_s();
+    pid_t child = fork();
+    if (child == 0) {
+        unsetenv("DISPLAY");
+        unsetenv("WAYLAND_DISPLAY");
+        int first = 1;
+        for (; argv[first] && strchr(argv[first], '=') && argv[first][0] != '-'; first++)
+            putenv(argv[first]);
+        argv[first - 1] = argv[0];
+        redirect("out.txt", STDOUT_FILENO);
+        redirect("err.txt", STDERR_FILENO);
+        execv(PERIGEE_PROGRAM, argv + first - 1);
+        _exit(127);
+    }
+    int state = 0;
+    assert_int_equal(waitpid(child, &state, 0), child);
+    answer.seconds = now_s() - start;
+    answer.status = WIFEXITED(state) ? WEXITSTATUS(state) : -1;
+    read_text("out.txt", answer.out);
+    read_text("err.txt", answer.err);
+}
+
+static int count_lines(const char *text)
+{
+    int count = 0;
+    for (; *text; text++) count += *text == '\n';
+    return count;
+}
+
+static void expect_good(const char *line)
+{
+    run(line);
+    if (answer.status != 0) fail_msg("'%s': status %d: %s", line, answer.status, answer.err);
+}
+
+static void expect_fault(const char *line, const char *words)
+{
+    run(line);
+    if (answer.status != 1) fail_msg("'%s': status %d, not 1: %s", line, answer.status, answer.err);
+    if (count_lines(answer.err) != 1) fail_msg("'%s': not one line: %s", line, answer.err);
+    if (!strstr(answer.err, words)) fail_msg("'%s': '%s' is not in: %s", line, words, answer.err);
+    if (strncmp(answer.err, "perigee: error: ", 16) != 0) fail_msg("'%s': %s", line, answer.err);
+    if (answer.out[0]) fail_msg("'%s': standard output: %s", line, answer.out);
+}
+
+static void write_text(const char *path, const char *text)
+{
+    FILE *f = fopen(path, "w");
+    assert_non_null(f);
+    fputs(text, f);
+    assert_int_equal(fclose(f), 0);
+}
+
+// A 72 x 36 grid of the whole globe: hills of 0 to 2000 m.
+static void write_raster(void)
+{
+    FILE *f = fopen("globe.asc", "w");
+    assert_non_null(f);
+    fputs("ncols 72\nnrows 36\nxllcorner -180\nyllcorner -90\ncellsize 5\n", f);
+    for (int row = 0; row < 36; row++)
+        for (int col = 0; col < 72; col++)
+            fprintf(f, "%.1f%c", 1000 * (1 + sin(row * M_PI / 18) * sin(col * M_PI / 12)),
+                    col == 71 ? '\n' : ' ');
+    assert_int_equal(fclose(f), 0);
+    write_text("globe.prj",
+               "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],"
+               "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]");
+}
+
+static void truncate_copy(const char *from, const char *to, size_t keep)
+{
+    static char data[1 << 22];
+    FILE *f = fopen(from, "rb");
+    assert_non_null(f);
+    size_t n = fread(data, 1, sizeof data, f);
+    fclose(f);
+    f = fopen(to, "wb");
+    assert_non_null(f);
+    fwrite(data, 1, n < keep ? n : keep, f);
+    assert_int_equal(fclose(f), 0);
+}
+
+static int set_up(void **state)
+{
+    (void)state;
+    if (!mkdtemp(folder) || chdir(folder) != 0) return -1;
+    write_raster();
+    write_text("pixel.pgm", "P2\n2 2\n255\n1 2 3 4\n");
+    write_text("bad.json", "{\n\"keys\": [,]}");
+    write_text(
+        "short.json",
+        "{\"keys\":[{\"time\":0,\"lat\":0,\"lon\":0,\"alt\":5e6,\"heading\":0,\"pitch\":-90},"
+        "{\"time\":1,\"lat\":10,\"lon\":0,\"aboveGround\":1e6,\"heading\":0,\"pitch\":-80}]}");
+    write_text(
+        "cold.json",
+        "{\"keys\":[{\"time\":0,\"lat\":95,\"lon\":0,\"alt\":5,\"heading\":0,\"pitch\":0}]}");
+    write_text("flat.json", "{\"equatorialRadius\":1000,\"polarRadius\":10}");
+    write_text("not.planet", "This is no planet file.\n");
+    write_text("empty.planet", "");
+    mkdir("folder.png", 0777);
+    expect_good(
+        "import --quiet --height globe.asc --name Hills --attribution Nobody -o hills.planet");
+    assert_string_equal(answer.err, "");
+    truncate_copy("hills.planet", "cut.planet", 5000);
+    truncate_copy("hills.planet", "head.planet", 60);
+    return 0;
+}
+
+static int remove_one(const char *path, const struct stat *info, int kind, struct FTW *at)
+{
+    (void)info;
+    (void)kind;
+    (void)at;
+    return remove(path);
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    return chdir("..") != 0 || nftw(folder, remove_one, 16, FTW_DEPTH | FTW_PHYS) != 0;
+}
+
+// Without a GPU, a display or a home, and in a moment.
+static void test_help(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {
+        "--help",    "-h",         "help",          "--version",   "view --help",
+        "render -h", "fly --help", "import --help", "info --help",
+    };
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        char line[128];
+        snprintf(line, sizeof line, "HOME= __EGL_VENDOR_LIBRARY_DIRS=none %s", lines[i]);
+        expect_good(line);
+        if (answer.err[0]) fail_msg("'%s': %s", line, answer.err);
+        if (!strstr(answer.out, "erigee")) fail_msg("'%s' printed: %s", line, answer.out);
+        if (answer.seconds > 1) fail_msg("'%s' took %.2f s", line, answer.seconds);
+    }
+    expect_good("render --help");
+    assert_non_null(strstr(answer.out, "--lat DEG"));
+    assert_non_null(strstr(answer.out, "Examples:"));
+    assert_null(strstr(answer.out, "--path"));
+}
+
+static const struct {
+    const char *line, *words;
+} faults[] = {
+    {"explode", "'explode'"},
+    {"--lat 5", "'--lat'"},
+    {"render hills.planet --lat 91 -o a.png", "--lat 91"},
+    {"render hills.planet --alt nan -o a.png", "--alt nan"},
+    {"render hills.planet --size 0x5 -o a.png", "--size 0x5"},
+    {"render hills.planet --lat 22 --lon 17 --alt -3 -o a.png", "--alt -3"},
+    {"render hills.planet -o a.jpg", "a.jpg"},
+    {"render hills.planet -o nowhere/a.png", "nowhere/a.png"},
+    {"render hills.planet -o folder.png", "folder.png"},
+    {"render hills.planet -o a.png --stats nowhere/s", "nowhere/s"},
+    {"render hills.planet -o a.png --shader-dir nowhere", "--shader-dir nowhere"},
+    {"render missing.planet -o a.png", "missing.planet"},
+    {"render not.planet -o a.png", "not.planet"},
+    {"render empty.planet -o a.png", "empty.planet"},
+    {"render head.planet -o a.png", "head.planet"},
+    {"render cut.planet -o a.png", "cut.planet"},
+    {"render . -o a.png", "."},
+    {"fly hills.planet --path missing.json -o f/%d.png", "missing.json"},
+    {"fly hills.planet --path bad.json -o f/%d.png", "bad.json: line 2"},
+    {"fly hills.planet --path cold.json -o f/%d.png", "cold.json: key 1: \"lat\" is 95"},
+    {"fly hills.planet --path short.json -o f.png", "f.png"},
+    {"fly hills.planet --path short.json -o f.mp4", "video"},
+    {"fly hills.planet --path short.json -o hills.planet/%d.png", "hills.planet"},
+    {"fly hills.planet --path short.json -o f/%d.png --contact-sheet folder.png", "folder.png"},
+    {"fly hills.planet --path short.json -o f/%d.png --start 2", "--start 2"},
+    {"import --height missing.tif -o new.planet", "missing.tif"},
+    {"import --height pixel.pgm -o new.planet", "pixel.pgm"},
+    {"import --height bad.json -o new.planet", "bad.json"},
+    {"import --height globe.asc -o nowhere/new.planet", "nowhere/new.planet"},
+    {"import --height globe.asc -o hills.planet", "hills.planet"},
+    {"import --height globe.asc --body flat.json -o new.planet", "flat.json"},
+    {"import --height globe.asc --body short.json -o new.planet", "short.json"},
+    {"import --earth --atlas nowhere -o new.planet", "nowhere"},
+    {"info missing.planet", "missing.planet"},
+    {"info not.planet", "not.planet"},
+    {"PERIGEE_EARTH= HOME= XDG_DATA_HOME= info", "PERIGEE_EARTH"},
+    {"view hills.planet", "display"},
+};
+
+static void test_faults(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
+        expect_fault(faults[i].line, faults[i].words);
+    assert_int_equal(access("a.png", F_OK), -1);
+    assert_int_equal(access("a.png.part", F_OK), -1);
+    assert_int_equal(access("new.planet", F_OK), -1);
+}
+
+static void test_no_gpu(void **state)
+{
+    (void)state;
+    run("__EGL_VENDOR_LIBRARY_DIRS=none render --quiet hills.planet -o a.png");
+    assert_int_equal(answer.status, 1);
+    if (count_lines(answer.err) != 1) fail_msg("not one line: %s", answer.err);
+    assert_int_equal(access("a.png", F_OK), -1);
+}
+
+// Standard output and files that refuse to take what is written.
+static void test_full_disk(void **state)
+{
+    (void)state;
+    if (access("/dev/full", W_OK) != 0) skip();
+    expect_fault("render --quiet hills.planet --size 32x32 -o c.png --stats /dev/full",
+                 "/dev/full");
+}
+
+static void test_info(void **state)
+{
+    (void)state;
+    expect_good("info hills.planet");
+    assert_non_null(strstr(answer.out, "Hills"));
+    assert_non_null(strstr(answer.out, "Nobody"));
+    assert_non_null(strstr(answer.out, "6378137.000"));
+    expect_good("info --json hills.planet");
+    assert_non_null(strstr(answer.out, "\"equatorialRadius\":\t6378137"));
+    assert_non_null(strstr(answer.out, "\"complete\":\ttrue"));
+}
+
+// Is any pixel of the picture lit?
+static bool lit(const char *path, int width, int height)
+{
+    size_t size = 3 * (size_t)width * (size_t)height;
+    uint8_t *rgb = malloc(size);
+    assert_non_null(rgb);
+    assert_int_equal(image_png_read(path, width, height, rgb), 0);
+    bool any = false;
+    for (size_t i = 0; i < size; i++) any = any || rgb[i] > 40;
+    free(rgb);
+    return any;
+}
+
+static void test_render(void **state)
+{
+    (void)state;
+    expect_good("render hills.planet --size 96x64 --stats s.jsonl -o a.png");
+    assert_true(lit("a.png", 96, 64));
+    assert_non_null(strstr(answer.err, "Nobody"));
+    static char stats[TEXT_SIZE];
+    read_text("s.jsonl", stats);
+    assert_int_equal(count_lines(stats), 1);
+    assert_non_null(strstr(stats, "\"triangles_drawn\":"));
+    assert_non_null(strstr(stats, "\"missing\":0"));
+    expect_good("render --quiet hills.planet --size 50x40 --above-ground 500 --pitch -20 -o b.exr");
+    assert_string_equal(answer.err, "");
+    struct stat info;
+    assert_int_equal(stat("b.exr", &info), 0);
+    assert_true(info.st_size > 1000);
+}
+
+// An incomplete picture is written, and its status says so.
+static void test_timeout(void **state)
+{
+    (void)state;
+    run("render --quiet hills.planet --size 32x32 --timeout 0 -o late.png");
+    assert_int_equal(answer.status, 1);
+    assert_int_equal(count_lines(answer.err), 1);
+    assert_non_null(strstr(answer.err, "missing: "));
+    assert_int_equal(access("late.png", F_OK), 0);
+}
+
+static void test_fly(void **state)
+{
+    (void)state;
+    expect_good("fly hills.planet --path short.json --fps 3 --size 64x48 -o f/%03d.png "
+                "--contact-sheet f/sheet.png "
+                "--contact-grid 2x2");
+    for (int i = 0; i < 4; i++) {
+        char path[32];
+        snprintf(path, sizeof path, "f/%03d.png", i);
+        assert_true(lit(path, 64, 48));
+    }
+    assert_int_equal(access("f/004.png", F_OK), -1);
+    assert_true(lit("f/sheet.png", 2 * 68 + 4, 2 * 52 + 4));
+    // Resumed, only the frame that is gone and the one of another size are made.
+    unlink("f/001.png");
+    truncate_copy("f/000.png", "f/002.png", 20);
+    expect_good("fly --quiet hills.planet --path short.json --fps 3 --size 64x48 -o f/%03d.png "
+                "--resume --stats f.jsonl");
+    static char stats[TEXT_SIZE];
+    read_text("f.jsonl", stats);
+    assert_int_equal(count_lines(stats), 2);
+    assert_non_null(strstr(stats, "\"frame\":1,"));
+    assert_non_null(strstr(stats, "\"frame\":2,"));
+    assert_true(lit("f/001.png", 64, 48));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_help),      cmocka_unit_test(test_faults),
+        cmocka_unit_test(test_no_gpu),    cmocka_unit_test(test_info),
+        cmocka_unit_test(test_render),    cmocka_unit_test(test_timeout),
+        cmocka_unit_test(test_full_disk), cmocka_unit_test(test_fly),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
