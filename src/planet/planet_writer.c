@@ -1,0 +1,255 @@
+// The writer: one connection in WAL mode with one open transaction; what is pending is what that
+// transaction holds, so reads see it. A finished file goes back to a rollback journal, so that it
+// is one file that a reader without write access can open.
+#include "planet/planet_writer.h"
+
+#include <errno.h>
+#include <math.h>
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "planet/store.h"
+
+static const char schema[] =
+    "CREATE TABLE meta(key TEXT PRIMARY KEY, value) WITHOUT ROWID;"
+    "CREATE TABLE body(id INTEGER PRIMARY KEY, hash INTEGER NOT NULL, data BLOB NOT NULL);"
+    "CREATE INDEX body_hash ON body(hash);"
+    "CREATE TABLE tile(layer INTEGER NOT NULL, zoom INTEGER NOT NULL, row INTEGER NOT NULL,"
+    " col INTEGER NOT NULL, body INTEGER NOT NULL REFERENCES body(id), min REAL, max REAL,"
+    " PRIMARY KEY(layer, zoom, row, col)) WITHOUT ROWID;";
+
+enum statement { HAS, FIND_BODY, ADD_BODY, ADD_TILE, GET, STATEMENT_COUNT };
+
+static const char *const statements[STATEMENT_COUNT] = {
+    [HAS] = "SELECT 1 FROM tile WHERE layer = ?1 AND zoom = ?2 AND row = ?3 AND col = ?4",
+    [FIND_BODY] = "SELECT id FROM body WHERE hash = ?1 AND data = ?2",
+    [ADD_BODY] = "INSERT INTO body(hash, data) VALUES(?1, ?2)",
+    [ADD_TILE] = "INSERT OR REPLACE INTO tile(layer, zoom, row, col, body, min, max)"
+                 " VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+    [GET] = "SELECT data FROM tile JOIN body ON body.id = tile.body"
+            " WHERE layer = ?1 AND zoom = ?2 AND row = ?3 AND col = ?4",
+};
+
+struct planet_writer {
+    sqlite3 *db;
+    char *path;
+    sqlite3_stmt *stmt[STATEMENT_COUNT];
+};
+
+// Removes the database and what SQLite may have left beside it.
+static status remove_file(const char *path)
+{
+    static const char *const suffixes[] = {"", "-wal", "-shm", "-journal"};
+    for (size_t i = 0; i < sizeof suffixes / sizeof suffixes[0]; i++) {
+        char *name = sqlite3_mprintf("%s%s", path, suffixes[i]);
+        if (!name) return ERR_MEMORY;
+        int failed = unlink(name) != 0 && errno != ENOENT;
+        if (failed) log_error("%s: cannot be replaced: %s", name, strerror(errno));
+        sqlite3_free(name);
+        if (failed) return ERR_IO;
+    }
+    return OK;
+}
+
+static status write_schema(struct planet_writer *w, const char *fingerprint)
+{
+    char sql[128];
+    snprintf(sql, sizeof sql, "PRAGMA application_id = %d; PRAGMA user_version = %d",
+             STORE_APPLICATION_ID, PLANET_SCHEMA_VERSION);
+    struct planet_meta begun = {.ellipsoid = GEO_WGS84, .max_zoom = {-1, -1, -1}};
+    status s = store_exec(w->db, w->path, "BEGIN");
+    if (!s) s = store_exec(w->db, w->path, schema);
+    if (!s) s = store_exec(w->db, w->path, sql);
+    if (!s) s = store_meta_write(w->db, w->path, &begun);
+    sqlite3_stmt *stmt = NULL;
+    if (!s) s = store_prepare(w->db, w->path, "INSERT INTO meta VALUES('fingerprint', ?1)", &stmt);
+    if (!s) {
+        sqlite3_bind_text(stmt, 1, fingerprint, -1, SQLITE_STATIC);
+        if (sqlite3_step(stmt) != SQLITE_DONE) s = store_error(w->db, w->path);
+    }
+    sqlite3_finalize(stmt);
+    return s ? s : store_exec(w->db, w->path, "COMMIT");
+}
+
+static status check_fingerprint(struct planet_writer *w, const char *fingerprint)
+{
+    sqlite3_stmt *stmt;
+    status s = store_check(w->db, w->path);
+    if (s) return s;
+    s = store_prepare(w->db, w->path, "SELECT value FROM meta WHERE key = 'fingerprint'", &stmt);
+    if (!s) {
+        const char *found =
+            sqlite3_step(stmt) == SQLITE_ROW ? (const char *)sqlite3_column_text(stmt, 0) : NULL;
+        if (!found || strcmp(found, fingerprint) != 0) {
+            log_error("%s: begun with other sources or settings, cannot be resumed", w->path);
+            s = ERR_ARGUMENT;
+        }
+    }
+    sqlite3_finalize(stmt);
+    return s;
+}
+
+static status open_database(struct planet_writer *w, const char *fingerprint, bool resume)
+{
+    status s = resume ? OK : remove_file(w->path);
+    if (s) return s;
+    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+    if (sqlite3_open_v2(w->path, &w->db, flags, NULL) != SQLITE_OK)
+        return store_error(w->db, w->path);
+    int pages = 0;
+    s = store_query_int(w->db, w->path, "PRAGMA page_count", &pages);
+    // Exclusive: a second writer of the same file is refused. The order of these matters.
+    if (!s)
+        s = store_exec(w->db, w->path,
+                       "PRAGMA page_size = 8192; PRAGMA locking_mode = EXCLUSIVE;"
+                       "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;"
+                       "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -16384");
+    if (!s) s = pages == 0 ? write_schema(w, fingerprint) : check_fingerprint(w, fingerprint);
+    for (int i = 0; !s && i < STATEMENT_COUNT; i++)
+        s = store_prepare(w->db, w->path, statements[i], &w->stmt[i]);
+    return s ? s : store_exec(w->db, w->path, "BEGIN IMMEDIATE");
+}
+
+static void discard(struct planet_writer **writer)
+{
+    struct planet_writer *w = *writer;
+    for (int i = 0; i < STATEMENT_COUNT; i++) sqlite3_finalize(w->stmt[i]);
+    sqlite3_close(w->db);
+    free(w->path);
+    free(w);
+    *writer = NULL;
+}
+
+status planet_writer_open(const char *path, const char *fingerprint, bool resume,
+                          struct planet_writer **out)
+{
+    struct planet_writer *w = NEW(struct planet_writer);
+    w->path = NEW_ARRAY(char, strlen(path) + 1);
+    strcpy(w->path, path);
+    status s = open_database(w, fingerprint, resume);
+    if (s) discard(&w);
+    *out = w;
+    return s;
+}
+
+void planet_writer_close(struct planet_writer **writer)
+{
+    if (!*writer) return;
+    struct planet_writer *w = *writer;
+    if (!sqlite3_get_autocommit(w->db)) store_exec(w->db, w->path, "COMMIT");
+    discard(writer);
+}
+
+bool planet_writer_has(struct planet_writer *w, tile_id id)
+{
+    store_bind_tile(w->stmt[HAS], id);
+    bool found = sqlite3_step(w->stmt[HAS]) == SQLITE_ROW;
+    sqlite3_reset(w->stmt[HAS]);
+    return found;
+}
+
+static status store_body(struct planet_writer *w, const codec_blob *body, sqlite3_int64 *id)
+{
+    sqlite3_int64 hash = store_hash(body->data, body->size);
+    sqlite3_stmt *find = w->stmt[FIND_BODY], *add = w->stmt[ADD_BODY];
+    sqlite3_bind_int64(find, 1, hash);
+    sqlite3_bind_blob64(find, 2, body->data, body->size, SQLITE_STATIC);
+    int found = sqlite3_step(find);
+    if (found == SQLITE_ROW) *id = sqlite3_column_int64(find, 0);
+    sqlite3_reset(find);
+    sqlite3_clear_bindings(find);
+    if (found == SQLITE_ROW) return OK;
+    if (found != SQLITE_DONE) return store_error(w->db, w->path);
+    sqlite3_bind_int64(add, 1, hash);
+    sqlite3_bind_blob64(add, 2, body->data, body->size, SQLITE_STATIC);
+    status s = sqlite3_step(add) == SQLITE_DONE ? OK : store_error(w->db, w->path);
+    sqlite3_reset(add);
+    sqlite3_clear_bindings(add);
+    *id = sqlite3_last_insert_rowid(w->db);
+    return s;
+}
+
+status planet_writer_put(struct planet_writer *w, tile_id id, const codec_blob *body, float min,
+                         float max)
+{
+    sqlite3_int64 body_id = 0;
+    status s = store_body(w, body, &body_id);
+    if (s) return s;
+    sqlite3_stmt *add = w->stmt[ADD_TILE];
+    store_bind_tile(add, id);
+    sqlite3_bind_int64(add, 5, body_id);
+    sqlite3_bind_double(add, 6, (double)min); // NaN becomes NULL
+    sqlite3_bind_double(add, 7, (double)max);
+    s = sqlite3_step(add) == SQLITE_DONE ? OK : store_error(w->db, w->path);
+    sqlite3_reset(add);
+    return s;
+}
+
+status planet_writer_get(struct planet_writer *w, tile_id id, codec_blob *body)
+{
+    *body = (codec_blob){0};
+    sqlite3_stmt *get = w->stmt[GET];
+    store_bind_tile(get, id);
+    int code = sqlite3_step(get);
+    status s = OK;
+    if (code == SQLITE_ROW) {
+        const void *data = sqlite3_column_blob(get, 0);
+        size_t size = (size_t)sqlite3_column_bytes(get, 0);
+        body->data = malloc(size ? size : 1);
+        if (!body->data) s = ERR_MEMORY;
+        else if (size) memcpy(body->data, data, size);
+        if (!s) body->size = size;
+    } else {
+        s = code == SQLITE_DONE ? ERR_NOT_FOUND : store_error(w->db, w->path);
+    }
+    sqlite3_reset(get);
+    return s;
+}
+
+status planet_writer_commit(struct planet_writer *w)
+{
+    if (!sqlite3_get_autocommit(w->db)) {
+        status s = store_exec(w->db, w->path, "COMMIT");
+        if (s) return s;
+    }
+    return store_exec(w->db, w->path, "BEGIN IMMEDIATE");
+}
+
+// What the tiles themselves say: finest zoom of each layer, and the range of all heights.
+static status measure_tiles(struct planet_writer *w, struct planet_meta *m)
+{
+    for (int layer = 0; layer < LAYER_COUNT; layer++) {
+        char sql[96];
+        snprintf(sql, sizeof sql, "SELECT ifnull(max(zoom), -1) FROM tile WHERE layer = %d", layer);
+        status s = store_query_int(w->db, w->path, sql, &m->max_zoom[layer]);
+        if (s) return s;
+    }
+    sqlite3_stmt *stmt;
+    status s = store_prepare(w->db, w->path,
+                             "SELECT ifnull(min(min), 0), ifnull(max(max), 0) FROM tile"
+                             " WHERE layer = 0",
+                             &stmt);
+    if (!s && sqlite3_step(stmt) != SQLITE_ROW) s = store_error(w->db, w->path);
+    if (!s) {
+        m->height_min = sqlite3_column_double(stmt, 0);
+        m->height_max = sqlite3_column_double(stmt, 1);
+    }
+    sqlite3_finalize(stmt);
+    return s;
+}
+
+status planet_writer_finish(struct planet_writer *w, const struct planet_meta *meta)
+{
+    struct planet_meta m = *meta;
+    m.complete = true;
+    status s = measure_tiles(w, &m);
+    if (!s) s = store_meta_write(w->db, w->path, &m);
+    if (!s) s = store_exec(w->db, w->path, "COMMIT");
+    // Out of WAL mode: the log is folded in and removed.
+    return s ? s : store_exec(w->db, w->path, "PRAGMA journal_mode = DELETE");
+}

@@ -1,0 +1,45 @@
+// What the reader and the writer of planet files share: the schema, the check value of bodies, and
+// SQLite's errors as status. Private to planet_file.c and planet_writer.c.
+//   meta(key, value)                                  one row a fact, see store_meta.c
+//   body(id, hash, data)                              tile bodies, each stored once; hash:
+//   store_hash tile(layer, zoom, row, col, body, min, max)       body: body.id; min, max: NULL
+//   without samples
+// PRAGMA application_id is STORE_APPLICATION_ID, user_version PLANET_SCHEMA_VERSION.
+#ifndef PERIGEE_PLANET_STORE_H
+#define PERIGEE_PLANET_STORE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "planet/grid.h"
+
+struct sqlite3;
+struct sqlite3_stmt;
+struct planet_meta;
+
+enum { STORE_APPLICATION_ID = 0x50524745, STORE_MAX_BODY = 1 << 20 };
+
+// FNV-1a of the bytes, 64 bits, as SQLite's signed integer.
+int64_t store_hash(const void *data, size_t size);
+
+// Logs SQLite's message for `path` and gives the status for its code.
+status store_error(struct sqlite3 *db, const char *path);
+
+status store_exec(struct sqlite3 *db, const char *path, const char *sql);
+status store_prepare(struct sqlite3 *db, const char *path, const char *sql,
+                     struct sqlite3_stmt **out);
+
+// Reads one integer, e.g. of a PRAGMA.
+status store_query_int(struct sqlite3 *db, const char *path, const char *sql, int *out);
+
+// Parameters 1-4: layer, zoom, row, col.
+void store_bind_tile(struct sqlite3_stmt *stmt, tile_id id);
+
+// ERR_FORMAT or ERR_VERSION, logged, when the open database is not a planet file of this version.
+status store_check(struct sqlite3 *db, const char *path);
+
+status store_meta_read(struct sqlite3 *db, const char *path, struct planet_meta *out);
+status store_meta_write(struct sqlite3 *db, const char *path, const struct planet_meta *meta);
+
+#endif
