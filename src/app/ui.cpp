@@ -138,6 +138,7 @@ extern "C" bool ui_init(GLFWwindow *window, float scale)
     io.FontGlobalScale = scale;
     ImGui::GetStyle().ScaleAllSizes(scale);
     ImGui::GetStyle().WindowBorderSize = 0;
+    ImGui::GetStyle().WindowMinSize = ImVec2(1, 1);
     if (!ImGui_ImplGlfw_InitForOpenGL(window, true)) {
         ImGui::DestroyContext();
         return false;
@@ -166,7 +167,7 @@ extern "C" void ui_draw(const ui_state *state)
     draw_position(state);
     draw_attribution(state, size);
     if (state->message[0]) {
-        begin_passive("message", ImVec2(size.x / 2, MARGIN), ImVec2(0.5f, 0));
+        begin_passive("message", ImVec2(size.x / 2, size.y - 5 * MARGIN), ImVec2(0.5f, 1));
         ImGui::TextUnformatted(state->message);
         ImGui::End();
     }
