@@ -1,0 +1,261 @@
+// The shared functions as the GPU computes them, over the cases of the CPU's test (tests/geo),
+// against two truths: the same source compiled in double, and the plain formulas in long double.
+// Errors on the ground are in texels of a window of 256 rows over the level's diameter, errors of
+// position in shares of the distance. Each bound stands beside what was measured on llvmpipe.
+#include "check.h"
+
+#include <stdbool.h>
+
+#include "geo/shared.h"
+#include "geo/test_shared_cases.h"
+#include "gpu/gpu_fixture.h"
+#include "gpu/program.h"
+
+enum { INPUTS = 20, OUTPUTS = 12, LOCAL_SIZE = 64 };
+
+// Measured on llvmpipe, where the GPU's floats are C's to the last bit: 4.4e-5 texel, 1.8e-7 of the
+// distance, 1.6e-7 relative, 6e-8 relative (one multiplication), 3.3e-4 rad (acos near 1). Other
+// devices divide and take roots to 2.5 ulp and have an acos off by 1.6e-4: the bounds leave room.
+#define STABLE_BOUND   3e-4
+#define POSITION_BOUND 4e-7
+#define ATAN_BOUND     5e-7
+#define PRODUCT_BOUND  2.4e-7
+#define PAPER_BOUND    2e-3
+
+typedef long double exact;
+
+struct inputs {
+    float n, e, v, cb, sb, r, lat, stretch, dlat_db, w;
+    float h, a, b, href_hi, href_lo, ox, oy, oz;
+    float tan_y, tan_x;
+};
+
+struct outputs {
+    float stable[2], exact[2], approx[2], blend[2]; // longitude, latitude
+    float position[3];
+    float atan;
+};
+
+_Static_assert(sizeof(struct inputs) == INPUTS * sizeof(float), "as the shader counts them");
+_Static_assert(sizeof(struct outputs) == OUTPUTS * sizeof(float), "as the shader counts them");
+
+static struct inputs *inputs;
+static struct outputs *outputs;
+static struct check_random dice = {7};
+
+static void fill_inputs(int i)
+{
+    struct shared_case c = shared_case_at(i);
+    struct inputs *in = &inputs[i];
+    *in = (struct inputs){.n = c.n, .e = c.e, .v = c.v, .cb = c.cb, .sb = c.sb, .r = c.r};
+    in->lat = c.lat, in->stretch = c.stretch, in->dlat_db = c.dlat_db, in->w = c.w;
+    in->h = c.h, in->a = c.a, in->b = c.b, in->href_hi = c.href_hi, in->href_lo = c.href_lo;
+    in->ox = c.ox, in->oy = c.oy, in->oz = c.oz;
+    float x = (float)check_random_range(&dice, -1, 1), y = (float)check_random_range(&dice, -1, 1);
+    int shift = (int)(check_random_u64(&dice) % 60);
+    in->tan_x = i % 4 == 1 ? ldexpf(x, -shift) : x;
+    in->tan_y = i % 4 == 2 ? ldexpf(y, -shift) : i % 4 == 3 ? x * (1 + 1e-3f * y) : y;
+}
+
+static GLuint make_buffer(GLuint binding, size_t bytes, const void *data)
+{
+    GLuint buffer;
+    glCreateBuffers(1, &buffer);
+    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, data, 0);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer);
+    return buffer;
+}
+
+static int compute(void **state)
+{
+    (void)state;
+    char defines[64];
+    GLuint program;
+    inputs = calloc(SHARED_CASES, sizeof *inputs);
+    outputs = calloc(SHARED_CASES, sizeof *outputs);
+    if (!inputs || !outputs) return -1;
+    for (int i = 0; i < SHARED_CASES; i++) fill_inputs(i);
+    gpu_program_set_dir(TEST_SHADER_DIR);
+    snprintf(defines, sizeof defines, "#define INPUTS %uu\n#define OUTPUTS %uu\n", INPUTS, OUTPUTS);
+    if (gpu_program_create_compute("test/shared.comp", defines, &program)) return -1;
+    GLuint in = make_buffer(0, SHARED_CASES * sizeof *inputs, inputs);
+    GLuint out = make_buffer(1, SHARED_CASES * sizeof *outputs, outputs);
+    glUseProgram(program);
+    glProgramUniform1ui(program, 0, SHARED_CASES);
+    glDispatchCompute((SHARED_CASES + LOCAL_SIZE - 1) / LOCAL_SIZE, 1, 1);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetNamedBufferSubData(out, 0, SHARED_CASES * (GLsizeiptr)sizeof *outputs, outputs);
+    glDeleteProgram(program);
+    glDeleteBuffers(1, &in);
+    glDeleteBuffers(1, &out);
+    return 0;
+}
+
+static int release(void **state)
+{
+    (void)state;
+    free(inputs);
+    free(outputs);
+    return 0;
+}
+
+// The larger, NaN winning, so that a NaN from the GPU never looks like an exact result.
+static double worse(double worst, double error)
+{
+    return isnan(worst) || error <= worst ? worst : error;
+}
+
+static void check_bound(const char *what, double worst, double bound)
+{
+    print_message("%-48s %.3g (bound %.3g)\n", what, worst, bound);
+    if (!(worst <= bound)) fail_msg("%s: %g > %g", what, worst, bound);
+}
+
+static double texel(int i)
+{
+    int level = shared_case_at(i).level;
+    return 2 * M_PI * ldexp(1, -level) / 256;
+}
+
+struct plain {
+    exact u[3]; // unit vector of the vertex, meridian frame
+    exact d[3]; // vertex minus focus, unit sphere
+    exact rho;  // distance of u from the axis
+    exact dlon, dlat;
+};
+
+static struct plain plain_map(const struct inputs *in)
+{
+    exact n = in->n, e = in->e, v = in->v, cb = in->cb, sb = in->sb, r = in->r;
+    struct plain p = {.d = {-sb * n - cb * v, e, cb * n - sb * v}};
+    p.u[0] = cb + p.d[0], p.u[1] = p.d[1], p.u[2] = sb + p.d[2];
+    p.rho = hypotl(p.u[0], p.u[1]);
+    p.dlon = atan2l(p.u[1], p.u[0]);
+    p.dlat = atan2l(r * p.u[2], p.rho) - atan2l(r * sb, cb);
+    return p;
+}
+
+// At a pole itself there is no longitude.
+static bool has_longitude(int i, const struct plain *p)
+{
+    return p->rho > 1e-6L * exp2l(-shared_case_at(i).level);
+}
+
+static void test_stable(void **state)
+{
+    (void)state;
+    double lon_source = 0, lat_source = 0, lon_plain = 0, lat_plain = 0, lat_cpu = 0;
+    for (int i = 0; i < SHARED_CASES; i++) {
+        const struct inputs *in = &inputs[i];
+        const float *got = outputs[i].stable;
+        struct plain p = plain_map(in);
+        double dlon, dlat, unit = texel(i), ground = (double)p.rho / unit;
+        float cpu[2];
+        map_transform_stable_d(in->n, in->e, in->v, in->cb, in->sb, in->r, &dlon, &dlat);
+        map_transform_stable_f(in->n, in->e, in->v, in->cb, in->sb, in->r, &cpu[0], &cpu[1]);
+        lat_source = worse(lat_source, fabs(got[1] - dlat) / unit);
+        lat_plain = worse(lat_plain, (double)fabsl(got[1] - p.dlat) / unit);
+        lat_cpu = worse(lat_cpu, fabs((double)got[1] - cpu[1]) / unit);
+        if (!has_longitude(i, &p)) continue;
+        lon_source = worse(lon_source, fabs(got[0] - dlon) * ground);
+        lon_plain = worse(lon_plain, (double)fabsl(got[0] - p.dlon) * ground);
+    }
+    print_message("%d cases; stable latitude on the GPU and in C float differ by %.3g texel\n",
+                  SHARED_CASES, lat_cpu);
+    check_bound("stable, longitude, same source (texel)", lon_source, STABLE_BOUND);
+    check_bound("stable, latitude, same source (texel)", lat_source, STABLE_BOUND);
+    check_bound("stable, longitude, plain (texel)", lon_plain, STABLE_BOUND);
+    check_bound("stable, latitude, plain (texel)", lat_plain, STABLE_BOUND);
+}
+
+static exact normal_part(const struct inputs *in, const exact u[3], int axis)
+{
+    exact m[3] = {u[0] / in->a, u[1] / in->a, u[2] / in->b};
+    return m[axis] / sqrtl(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+}
+
+static void test_position(void **state)
+{
+    (void)state;
+    double source = 0, plain = 0;
+    for (int i = 0; i < SHARED_CASES; i++) {
+        const struct inputs *in = &inputs[i];
+        const float *got = outputs[i].position;
+        const exact focus[3] = {in->cb, 0, in->sb}, href = (exact)in->href_hi + in->href_lo;
+        struct plain p = plain_map(in);
+        double same[3], off_same = 0, off_plain = 0, length = 0;
+        relative_position_d(in->n, in->e, in->v, in->h, in->cb, in->sb, in->a, in->b, in->href_hi,
+                            in->href_lo, in->ox, in->oy, in->oz, &same[0], &same[1], &same[2]);
+        for (int k = 0; k < 3; k++) {
+            exact axis = k == 2 ? in->b : in->a;
+            double want = (double)(axis * p.d[k] + in->h * normal_part(in, p.u, k) -
+                                   href * normal_part(in, focus, k));
+            off_same = hypot(off_same, got[k] - same[k]);
+            off_plain = hypot(off_plain, got[k] - want);
+            length = hypot(length, want);
+        }
+        source = worse(source, off_same / length);
+        plain = worse(plain, off_plain / length);
+    }
+    check_bound("position, same source (share of distance)", source, POSITION_BOUND);
+    check_bound("position, plain (share of distance)", plain, POSITION_BOUND);
+}
+
+static void test_atan(void **state)
+{
+    (void)state;
+    double source = 0, plain = 0;
+    for (int i = 0; i < SHARED_CASES; i++) {
+        double y = inputs[i].tan_y, x = inputs[i].tan_x, want = atan2(y, x);
+        if (want == 0) continue;
+        source = worse(source, fabs(outputs[i].atan / atan_ratio_d(y, x) - 1));
+        plain = worse(plain, fabs(outputs[i].atan / want - 1));
+    }
+    check_bound("atan_ratio, same source (relative)", source, ATAN_BOUND);
+    check_bound("atan_ratio, atan2 of libm (relative)", plain, ATAN_BOUND);
+}
+
+// Built-in functions, whose precision GLSL leaves open: their error is told, and only nonsense is
+// refused.
+static void test_paper(void **state)
+{
+    (void)state;
+    double exact_lon = 0, exact_lat = 0, approx = 0, blend_lon = 0, blend_lat = 0;
+    for (int i = 0; i < SHARED_CASES; i++) {
+        const struct inputs *in = &inputs[i];
+        const struct outputs *got = &outputs[i];
+        struct plain p = plain_map(in);
+        double ex[2], ap[2], bl[2];
+        map_transform_exact_d(in->n, in->e, in->v, in->cb, in->sb, in->r, in->lat, &ex[0], &ex[1]);
+        map_transform_approx_d(in->n, in->e, in->v, in->stretch, in->dlat_db, &ap[0], &ap[1]);
+        map_transform_blend_d(in->n, in->e, in->v, in->cb, in->sb, in->r, in->lat, in->stretch,
+                              in->dlat_db, in->w, &bl[0], &bl[1]);
+        exact_lat = worse(exact_lat, fabs(got->exact[1] - ex[1]));
+        blend_lat = worse(blend_lat, fabs(got->blend[1] - bl[1]));
+        for (int k = 0; k < 2; k++)
+            if (ap[k] != 0) approx = worse(approx, fabs(got->approx[k] / ap[k] - 1));
+        if (!has_longitude(i, &p)) continue;
+        double rho = (double)p.rho;
+        exact_lon = worse(exact_lon, fabs(remainder(got->exact[0] - ex[0], 2 * M_PI)) * rho);
+        double whole = fabs(ap[0]) + M_PI;
+        blend_lon = worse(blend_lon, fabs(got->blend[0] - bl[0]) / whole * rho);
+    }
+    check_bound("exact, longitude on the ground (rad)", exact_lon, PAPER_BOUND);
+    check_bound("exact, latitude (rad)", exact_lat, PAPER_BOUND);
+    check_bound("approx (relative)", approx, PRODUCT_BOUND);
+    check_bound("blend, longitude (share of its terms)", blend_lon, PAPER_BOUND);
+    check_bound("blend, latitude (rad)", blend_lat, PAPER_BOUND);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_stable),
+        cmocka_unit_test(test_position),
+        cmocka_unit_test(test_atan),
+        cmocka_unit_test(test_paper),
+    };
+    int rc = gpu_fixture_open();
+    if (rc) return rc;
+    return gpu_fixture_close(cmocka_run_group_tests(tests, compute, release));
+}
