@@ -239,13 +239,32 @@ static void test_table(void **state)
     }
 }
 
+// Every option stands in the manual page.
+static void test_manual(void **state)
+{
+    (void)state;
+    static char text[1 << 17];
+    FILE *f = fopen(MANUAL_PAGE, "r");
+    assert_non_null(f);
+    size_t size = fread(text, 1, sizeof text - 1, f);
+    fclose(f);
+    assert_in_range(size, 1, sizeof text - 2);
+    for (int i = 0; i < option_count; i++) {
+        char alone[64], after_letter[64];
+        snprintf(alone, sizeof alone, "Fl -%s", option_table[i].name);
+        snprintf(after_letter, sizeof after_letter, " , -%s", option_table[i].name);
+        if (!strstr(text, alone) && !strstr(text, after_letter))
+            fail_msg("--%s is not in the manual page", option_table[i].name);
+    }
+}
+
 int main(void)
 {
     log_set_sink(count_lines, NULL);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_accepted), cmocka_unit_test(test_refused),
         cmocka_unit_test(test_values),   cmocka_unit_test(test_import_order),
-        cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table),    cmocka_unit_test(test_manual),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
