@@ -6,7 +6,6 @@
 
 #include <ctype.h>
 #include <pthread.h>
-#include <string.h>
 
 #include <libnova/dynamical_time.h>
 #include <libnova/nutation.h>
@@ -16,8 +15,7 @@
 #define UNIX_EPOCH_JD 2440587.5
 #define DAY_S         86400.0
 #define DEGREE        (M_PI / 180)
-
-#define ARCSECOND (DEGREE / 3600)
+#define ARCSECOND     (DEGREE / 3600)
 
 // Constant of aberration, rad at 1 AU (Meeus, eq. 25.10).
 #define ABERRATION (20.4898 * ARCSECOND)
