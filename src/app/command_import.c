@@ -4,14 +4,11 @@
 
 #include "app/default_earth.h"
 #include "app/interrupt.h"
-#include "app/output_file.h"
 #include "app/progress.h"
 #include "base/log.h"
 
 static status import_rasters(const struct options *o)
 {
-    status s = output_check(o->output);
-    if (s) return s;
     struct progress progress;
     import_params params = {
         .sources = o->sources,
@@ -29,7 +26,7 @@ static status import_rasters(const struct options *o)
     for (int i = 0; i < 4; i++) params.bounds_deg[i] = o->bounds_deg[i];
     interrupt_catch();
     progress_start(&progress, stderr, o->quiet);
-    s = import_run(&params);
+    status s = import_run(&params);
     progress_finish(&progress);
     return s;
 }

@@ -12,8 +12,7 @@
 static status make(const struct options *o, const char *output, bool resume)
 {
     char relief[OUTPUT_PATH_SIZE];
-    status s = output_check(output);
-    if (!s) s = data_file_find("atlas-relief-metres.csv", relief, sizeof relief);
+    status s = data_file_find("atlas-relief-metres.csv", relief, sizeof relief);
     if (s) return s;
     struct progress progress;
     import_earth_params params = {

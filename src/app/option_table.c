@@ -29,7 +29,7 @@ const struct option_spec option_table[] = {
     {"body", 0, M, GROUP_IMPORT, VALUE(option_body, "BODY"),
      "earth (WGS84, default), moon, mars, or a JSON file with \"equatorialRadius\" and \"polarRadius\" in metres"},
     {"bounds", 0, M, GROUP_IMPORT, VALUE(option_bounds, "W,S,E,N"),
-     "import only this part, in degrees (default: all that the rasters cover)"},
+     "import only this part, in degrees; W > E crosses the antimeridian (default: all that the rasters cover)"},
     {"name", 0, M, GROUP_IMPORT, TEXT(name, "TEXT"),
      "name of the planet (default: the body, else the output's file name)"},
     {"attribution", 0, M, GROUP_IMPORT, TEXT(attribution, "TEXT"),

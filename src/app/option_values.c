@@ -1,5 +1,6 @@
 #include "app/option_values.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -151,11 +152,11 @@ status option_bytes(struct options *o, const char *name, const char *value)
 status option_bounds(struct options *o, const char *name, const char *value)
 {
     double b[4];
-    bool good = number_parse_list(value, ',', b, 4) == 4 && b[0] >= -180 && b[0] < b[2] &&
-                b[2] <= 180 && b[1] >= -90 && b[1] < b[3] && b[3] <= 90;
+    bool good = number_parse_list(value, ',', b, 4) == 4 && fabs(b[0]) <= 360 &&
+                fabs(b[2]) <= 360 && b[0] != b[2] && b[2] - b[0] <= 360 && b[1] >= -90 &&
+                b[1] < b[3] && b[3] <= 90;
     if (!good)
-        return refuse(name, value,
-                      "W,S,E,N in degrees with -180 <= W < E <= 180 and -90 <= S < N <= 90");
+        return refuse(name, value, "W,S,E,N in degrees with W other than E and -90 <= S < N <= 90");
     memcpy(o->bounds_deg, b, sizeof b);
     return OK;
 }
