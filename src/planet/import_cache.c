@@ -1,0 +1,159 @@
+#include "planet/import_cache.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "planet/import_light.h"
+
+// A tile that is not stored counts too, so that the list stays short enough to be searched.
+enum { SAMPLES = TILE_SIZE * TILE_SIZE, ENTRY_BYTES = 1 << 16 };
+
+// Invariant: an entry with users > 0 or loading is not evicted; `bytes` is the sum over entries.
+struct entry {
+    cached_tile tile;
+    size_t bytes;
+    unsigned long used;
+    int users;
+    bool loading;
+    status failed;
+    struct entry *next;
+};
+
+struct import_cache {
+    struct planet_writer *writer;
+    pthread_mutex_t *writer_lock;
+    pthread_mutex_t lock;
+    pthread_cond_t loaded;
+    struct entry *entries;
+    size_t bytes, limit;
+    unsigned long clock;
+};
+
+struct import_cache *import_cache_create(struct planet_writer *writer, pthread_mutex_t *writer_lock,
+                                         size_t bytes)
+{
+    struct import_cache *c = NEW(struct import_cache);
+    c->writer = writer;
+    c->writer_lock = writer_lock;
+    c->limit = bytes;
+    pthread_mutex_init(&c->lock, NULL);
+    pthread_cond_init(&c->loaded, NULL);
+    return c;
+}
+
+static void free_entry(struct entry *e)
+{
+    free(e->tile.planes);
+    free(e);
+}
+
+void import_cache_destroy(struct import_cache **cache)
+{
+    struct import_cache *c = *cache;
+    if (!c) return;
+    while (c->entries) {
+        struct entry *e = c->entries;
+        c->entries = e->next;
+        free_entry(e);
+    }
+    pthread_mutex_destroy(&c->lock);
+    pthread_cond_destroy(&c->loaded);
+    free(c);
+    *cache = NULL;
+}
+
+// Lock held. Frees the entries used longest ago until the bound holds.
+static void evict(struct import_cache *c)
+{
+    while (c->bytes > c->limit) {
+        struct entry **oldest = NULL;
+        for (struct entry **p = &c->entries; *p; p = &(*p)->next)
+            if (!(*p)->users && !(*p)->loading && (!oldest || (*p)->used < (*oldest)->used))
+                oldest = p;
+        if (!oldest) return;
+        struct entry *e = *oldest;
+        *oldest = e->next;
+        c->bytes -= e->bytes;
+        free_entry(e);
+    }
+}
+
+static status decode_pixels(const codec_blob *body, int channels, float *planes)
+{
+    unsigned char *pixels = malloc((size_t)SAMPLES * (size_t)channels);
+    if (!pixels) return ERR_MEMORY;
+    status s = codec_pixels_decode(body->data, body->size, channels, pixels);
+    for (int c = 0; !s && c < channels; c++)
+        for (int i = 0; i < SAMPLES; i++) planes[c * SAMPLES + i] = pixels[i * channels + c];
+    if (!s) light_decode(planes, (size_t)SAMPLES * (size_t)channels);
+    free(pixels);
+    return s;
+}
+
+static status load(struct import_cache *c, cached_tile *t)
+{
+    codec_blob body = {0};
+    pthread_mutex_lock(c->writer_lock);
+    status s = planet_writer_get(c->writer, t->id, &body);
+    pthread_mutex_unlock(c->writer_lock);
+    if (s) return s == ERR_NOT_FOUND ? OK : s;
+    int channels = t->id.layer == LAYER_COLOR ? 3 : 1;
+    t->planes = malloc((size_t)SAMPLES * (size_t)channels * sizeof(float));
+    if (!t->planes) s = ERR_MEMORY;
+    if (!s && t->id.layer == LAYER_HEIGHT) {
+        s = codec_height_decode(body.data, body.size, t->planes);
+        for (int i = 0; !s && i < SAMPLES && !t->has_nan; i++) t->has_nan = isnan(t->planes[i]);
+    } else if (!s) {
+        s = decode_pixels(&body, channels, t->planes);
+    }
+    codec_blob_deinit(&body);
+    if (s)
+        log_error("%s tile %d/%d/%d, just written, cannot be decoded: %s",
+                  tile_layer_name(t->id.layer), t->id.zoom, t->id.row, t->id.col, status_text(s));
+    return s;
+}
+
+status import_cache_acquire(struct import_cache *c, tile_id id, const cached_tile **out)
+{
+    pthread_mutex_lock(&c->lock);
+    struct entry *e = c->entries;
+    while (e && !tile_id_equal(e->tile.id, id)) e = e->next;
+    if (e) {
+        e->users++;
+        while (e->loading) pthread_cond_wait(&c->loaded, &c->lock);
+    } else {
+        e = NEW(struct entry);
+        *e = (struct entry){.tile.id = id, .users = 1, .loading = true, .next = c->entries};
+        c->entries = e;
+        pthread_mutex_unlock(&c->lock);
+        status s = load(c, &e->tile);
+        pthread_mutex_lock(&c->lock);
+        e->failed = s;
+        e->loading = false;
+        e->bytes = ENTRY_BYTES;
+        if (e->tile.planes) e->bytes += SAMPLES * sizeof(float) * (id.layer == LAYER_COLOR ? 3 : 1);
+        c->bytes += e->bytes;
+        pthread_cond_broadcast(&c->loaded);
+        evict(c);
+    }
+    e->used = ++c->clock;
+    status s = e->failed;
+    if (s) e->users--;
+    pthread_mutex_unlock(&c->lock);
+    *out = s ? NULL : &e->tile;
+    return s;
+}
+
+void import_cache_release(struct import_cache *c, const cached_tile *tile)
+{
+    if (!tile) return;
+    pthread_mutex_lock(&c->lock);
+    struct entry *e = c->entries;
+    while (&e->tile != tile) e = e->next;
+    e->users--;
+    evict(c);
+    pthread_mutex_unlock(&c->lock);
+}

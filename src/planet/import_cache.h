@@ -1,0 +1,32 @@
+// Decoded tiles of the file being written, for the filter: a bounded cache, each tile decoded by
+// one thread at a time. Any thread.
+#ifndef PERIGEE_PLANET_IMPORT_CACHE_H
+#define PERIGEE_PLANET_IMPORT_CACHE_H
+
+#include <pthread.h>
+#include <stdbool.h>
+
+#include "planet/planet_writer.h"
+
+struct import_cache;
+
+// One tile held: `channels` float planes (heights; pixels in linear light), NULL when it is not
+// stored.
+typedef struct cached_tile {
+    tile_id id;
+    float *planes;
+    bool has_nan;
+} cached_tile;
+
+// `writer` is used under `writer_lock`. `bytes`: bound of what is kept beyond the tiles that are
+// held.
+struct import_cache *import_cache_create(struct planet_writer *writer, pthread_mutex_t *writer_lock,
+                                         size_t bytes);
+void import_cache_destroy(struct import_cache **cache);
+
+// ERR_NOT_FOUND does not occur: a tile that is not stored has no planes. Errors of decoding are
+// logged.
+status import_cache_acquire(struct import_cache *cache, tile_id id, const cached_tile **out);
+void import_cache_release(struct import_cache *cache, const cached_tile *tile);
+
+#endif

@@ -1,0 +1,147 @@
+#include "planet/import_plan.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+
+struct span {
+    int first, last;
+};
+
+struct region {
+    double west, south, east, north;
+};
+
+// Invariant: spans[at ...] of the current row are merged and ascending; `col` is the next column
+// inside spans[at].
+struct plan_walk {
+    enum tile_layer layer;
+    int zoom, row, last_row;
+    struct region *regions;
+    struct span *spans;
+    int region_count, span_count, at, col;
+};
+
+bool plan_bounds_are_global(const plan_bounds *b)
+{
+    return b->east - b->west >= 2 * M_PI && b->south <= -M_PI / 2 && b->north >= M_PI / 2;
+}
+
+bool plan_bounds_hold(const plan_bounds *b, double lat, double lon)
+{
+    if (lat < b->south || lat > b->north) return false;
+    double offset = lon - b->west;
+    offset -= 2 * M_PI * floor(offset / (2 * M_PI));
+    return offset <= b->east - b->west;
+}
+
+// Parts of the grid's extent that lie inside the bounds, shifted by whole turns into any place.
+static void add_regions(struct plan_walk *w, const raster_grid *g, const plan_bounds *b)
+{
+    for (int turn = -2; turn <= 2; turn++) {
+        double west = fmax(g->west + 2 * M_PI * turn, b->west);
+        double east = fmin(g->east + 2 * M_PI * turn, b->east);
+        double south = fmax(g->south, b->south), north = fmin(g->north, b->north);
+        if (west < east && south < north)
+            w->regions[w->region_count++] = (struct region){west, south, east, north};
+    }
+}
+
+static int row_of(int zoom, double lat)
+{
+    int row = (int)floor((M_PI / 2 - lat) / (grid_step_lat(zoom) * TILE_SIZE));
+    return row < 0 ? 0 : row >= grid_rows(zoom) ? grid_rows(zoom) - 1 : row;
+}
+
+static void add_span(struct plan_walk *w, int first, int last, int cols)
+{
+    if (first < 0) first = 0;
+    if (last > cols - 1) last = cols - 1;
+    if (first <= last) w->spans[w->span_count++] = (struct span){first, last};
+}
+
+static int compare_spans(const void *a, const void *b)
+{
+    const struct span *x = a, *y = b;
+    return (x->first > y->first) - (x->first < y->first);
+}
+
+static void merge_spans(struct plan_walk *w)
+{
+    qsort(w->spans, (size_t)w->span_count, sizeof *w->spans, compare_spans);
+    int n = 0;
+    for (int i = 0; i < w->span_count; i++) {
+        struct span s = w->spans[i];
+        if (n && s.first <= w->spans[n - 1].last + 1) {
+            if (s.last > w->spans[n - 1].last) w->spans[n - 1].last = s.last;
+        } else {
+            w->spans[n++] = s;
+        }
+    }
+    w->span_count = n;
+}
+
+static void begin_row(struct plan_walk *w)
+{
+    double height = grid_step_lat(w->zoom) * TILE_SIZE, north = M_PI / 2 - w->row * height;
+    double width = grid_step_lon(w->zoom, w->row) * TILE_SIZE;
+    int cols = grid_cols(w->zoom, w->row);
+    w->span_count = w->at = 0;
+    for (int i = 0; i < w->region_count; i++) {
+        const struct region *r = &w->regions[i];
+        if (r->south >= north || r->north <= north - height) continue;
+        for (int turn = -2; turn <= 2; turn++) {
+            double west = r->west + 2 * M_PI * turn + M_PI, east = r->east + 2 * M_PI * turn + M_PI;
+            if (east <= 0 || west >= 2 * M_PI) continue;
+            add_span(w, (int)floor(west / width), (int)ceil(east / width) - 1, cols);
+        }
+    }
+    merge_spans(w);
+    if (w->span_count) w->col = w->spans[0].first;
+}
+
+struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
+                                  int count, const plan_bounds *bounds)
+{
+    struct plan_walk *w = NEW(struct plan_walk);
+    w->layer = layer;
+    w->zoom = zoom;
+    w->regions = NEW_ARRAY(struct region, (size_t)count * 5 + 1);
+    for (int i = 0; i < count; i++)
+        if (grids[i].zoom >= zoom) add_regions(w, &grids[i], bounds);
+    w->spans = NEW_ARRAY(struct span, (size_t)w->region_count * 5 + 1);
+    w->row = grid_rows(zoom);
+    w->last_row = -1;
+    for (int i = 0; i < w->region_count; i++) {
+        int first = row_of(zoom, w->regions[i].north), last = row_of(zoom, w->regions[i].south);
+        if (first < w->row) w->row = first;
+        if (last > w->last_row) w->last_row = last;
+    }
+    if (w->row <= w->last_row) begin_row(w);
+    return w;
+}
+
+bool plan_walk_next(struct plan_walk *w, tile_id *id)
+{
+    while (w->at >= w->span_count) {
+        if (w->row >= w->last_row) return false;
+        w->row++;
+        begin_row(w);
+    }
+    *id = (tile_id){w->layer, w->zoom, w->row, w->col};
+    if (w->col < w->spans[w->at].last) {
+        w->col++;
+    } else if (++w->at < w->span_count) {
+        w->col = w->spans[w->at].first;
+    }
+    return true;
+}
+
+void plan_walk_end(struct plan_walk **walk)
+{
+    if (!*walk) return;
+    free((*walk)->regions);
+    free((*walk)->spans);
+    free(*walk);
+    *walk = NULL;
+}

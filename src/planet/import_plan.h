@@ -1,0 +1,27 @@
+// Which tiles an import makes: at each zoom those that a source of that zoom or finer touches
+// inside the bounds.
+#ifndef PERIGEE_PLANET_IMPORT_PLAN_H
+#define PERIGEE_PLANET_IMPORT_PLAN_H
+
+#include "planet/import_raster.h"
+
+// West, south, east, north in rad; east > west, at most 2 pi more. The whole globe: -pi, -pi/2, pi,
+// pi/2.
+typedef struct plan_bounds {
+    double west, south, east, north;
+} plan_bounds;
+
+// Is a point inside? lon in any turn.
+bool plan_bounds_hold(const plan_bounds *b, double lat, double lon);
+bool plan_bounds_are_global(const plan_bounds *b);
+
+struct plan_walk;
+
+// Walks the tiles of one layer and zoom, rows from the north, columns from the west. `grids` is
+// borrowed.
+struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
+                                  int count, const plan_bounds *bounds);
+bool plan_walk_next(struct plan_walk *walk, tile_id *id);
+void plan_walk_end(struct plan_walk **walk);
+
+#endif

@@ -1,0 +1,50 @@
+// One source of an import as a grid of longitude and latitude. Samples come as float planes, NaN
+// where there is no data: heights in metres, pixels in linear light [0, 1]. A source in another
+// reference system is warped to such a grid, aligned with the planet's samples at the source's own
+// zoom. A handle belongs to one thread.
+#ifndef PERIGEE_PLANET_IMPORT_RASTER_H
+#define PERIGEE_PLANET_IMPORT_RASTER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "planet/import.h"
+
+// What to open: a file; a file without georeference that covers the globe from 180 W (`global`); or
+// a global grid of heights in memory (borrowed), row 0 northmost, whose path is a name only.
+typedef struct import_input {
+    import_source source;
+    bool global;
+    const float *memory;
+    int width, height;
+} import_input;
+
+// Sample (col, row) covers [west + col dlon, ... + dlon] x [north - (row + 1) dlat, north - row
+// dlat], rad.
+typedef struct raster_grid {
+    int width, height;
+    double west, north, dlon, dlat;
+    double south, east; // east may exceed pi
+    bool full_circle;   // columns wrap after `width`
+    int channels;       // heights 1, colour 3, night 1
+    int read_planes;    // planes of room that raster_read needs: heights 1, pixels 3
+    int zoom;           // the source's finest zoom
+} raster_grid;
+
+struct raster;
+
+// Logs and returns ERR_NOT_FOUND, ERR_FORMAT (not a raster, or one without samples) or ERR_ARGUMENT
+// (no georeference).
+status raster_open(const import_input *input, geo_ellipsoid ellipsoid, struct raster **out);
+void raster_close(struct raster **raster);
+
+const raster_grid *raster_get_grid(const struct raster *raster);
+
+// Reads a window that lies inside the raster: `channels` planes of rows x cols floats, in room for
+// `read_planes`.
+status raster_read(struct raster *raster, int col, int row, int cols, int rows, float *planes);
+
+// The coarsest zoom whose latitude step is at most 1.1 `step` (rad), at most GRID_MAX_ZOOM.
+int raster_zoom_of_step(double step);
+
+#endif

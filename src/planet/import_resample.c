@@ -1,0 +1,336 @@
+#include "planet/import_resample.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+// Standard deviation of a cubic B-spline of unit spacing is sqrt(1/3); SPREAD makes it 0.45.
+#define SPREAD 0.7794
+// Above this many raster columns in a tile row's width, columns are first averaged in groups that
+// leave at least half.
+#define GROUP_ABOVE 8.0
+
+// A band of tile rows and the window of the raster that it needs: rows [row0, row0 + rows),
+// unwrapped columns in `cols` groups of `group` from col0 on.
+struct window {
+    const raster_grid *grid;
+    double shift;    // whole turns added to the tile's longitudes
+    int first, last; // tile rows, inclusive
+    int64_t row0, col0;
+    int rows, cols, group;
+};
+
+static float *reserve(float **room, size_t *size, size_t need)
+{
+    if (need > *size) {
+        free(*room);
+        *room = calloc(need, sizeof(float));
+        *size = *room ? need : 0;
+    }
+    return *room;
+}
+
+void resample_room_deinit(struct resample_room *room)
+{
+    free(room->planes);
+    free(room->line);
+    free(room->column);
+    *room = (struct resample_room){0};
+}
+
+bool resample_touches(const raster_grid *g, tile_id id)
+{
+    double west, south, east, north;
+    grid_bounds(id, &west, &south, &east, &north);
+    if (south >= g->north || north <= g->south) return false;
+    if (g->full_circle) return true;
+    for (int turn = -1; turn <= 1; turn++) {
+        double shift = 2 * M_PI * turn;
+        if (west + shift < g->east && east + shift > g->west) return true;
+    }
+    return false;
+}
+
+// Fractional raster row (0 at the centre of row 0) of a tile row.
+static double source_row(const raster_grid *g, tile_id id, int line)
+{
+    double lat = grid_lat(id.zoom, (int64_t)id.row * TILE_SIZE + line);
+    return (g->north - lat) / g->dlat - 0.5;
+}
+
+// Width of a tile row in raster columns at the row's latitude.
+static double columns_in_row(const raster_grid *g, tile_id id, int line)
+{
+    double lat = grid_lat(id.zoom, (int64_t)id.row * TILE_SIZE + line);
+    return grid_step_lat(id.zoom) / (g->dlon * cos(lat));
+}
+
+// Raster column (unwrapped) of the tile's first sample, and raster columns in a tile step.
+static double source_column(const raster_grid *g, tile_id id, double shift, double *step)
+{
+    double west, south, east, north, lon = grid_step_lon(id.zoom, id.row);
+    grid_bounds(id, &west, &south, &east, &north);
+    *step = lon / g->dlon;
+    return (west + shift + lon / 2 - g->west) / g->dlon - 0.5;
+}
+
+// Reads unwrapped columns [col, col + cols) of one raster row, NaN where there is none. `line` has
+// room for read_planes x cols samples twice.
+static status read_line(struct raster *raster, int64_t row, int64_t col, int64_t cols, float *line)
+{
+    const raster_grid *g = raster_get_grid(raster);
+    size_t n = (size_t)cols;
+    float *segment = line + (size_t)g->read_planes * n;
+    for (size_t i = 0; i < n * (size_t)g->channels; i++) line[i] = NAN;
+    int64_t done = g->full_circle || col > 0 ? 0 : -col;
+    while (done < cols) {
+        int64_t real = col + done;
+        if (g->full_circle) real = (real % g->width + g->width) % g->width;
+        if (real >= g->width) break;
+        int64_t run = g->width - real < cols - done ? g->width - real : cols - done;
+        status s = raster_read(raster, (int)real, (int)row, (int)run, 1, segment);
+        if (s) return s;
+        for (int c = 0; c < g->channels; c++)
+            memcpy(line + (size_t)c * n + done, segment + (size_t)c * (size_t)run,
+                   (size_t)run * sizeof *line);
+        done += run;
+    }
+    return OK;
+}
+
+// The raster row that stands for row `row` of the window, which may lie beyond a pole: there it is
+// the row as far on the other side, half a turn away (*turned). False when there is none.
+static bool real_row(const raster_grid *g, int64_t row, int64_t *real, bool *turned)
+{
+    *real = row;
+    *turned = false;
+    if (row >= 0 && row < g->height) return true;
+    if (!g->full_circle) return false;
+    double pole = row < 0 ? (g->north - M_PI / 2) / g->dlat : (g->north + M_PI / 2) / g->dlat;
+    *real = (int64_t)llround(2 * pole - 1 - (double)row);
+    *turned = true;
+    return fabs(pole - (row < 0 ? 0 : g->height)) < 0.75 && *real >= 0 && *real < g->height;
+}
+
+static void group_columns(const struct window *w, const float *line, size_t row, float *planes)
+{
+    const raster_grid *g = w->grid;
+    size_t cols = (size_t)w->cols, rows = (size_t)w->rows;
+    for (int c = 0; c < g->channels; c++) {
+        const float *from = line + (size_t)c * cols * (size_t)w->group;
+        float *to = planes + ((size_t)c * rows + row) * cols;
+        for (size_t i = 0; i < cols; i++, from += w->group) {
+            float sum = 0;
+            int n = 0;
+            for (int k = 0; k < w->group; k++)
+                if (from[k] == from[k]) {
+                    sum += from[k];
+                    n++;
+                }
+            to[i] = 2 * n >= w->group ? sum / (float)n : NAN;
+        }
+    }
+}
+
+// Row by row: for windows that wrap, reach beyond the raster or are grouped.
+static status load_lines(struct raster *raster, const struct window *w, struct resample_room *room)
+{
+    const raster_grid *g = w->grid;
+    int64_t cols = (int64_t)w->cols * w->group;
+    float *line = reserve(&room->line, &room->line_size, (size_t)cols * (size_t)g->read_planes * 2);
+    if (!line) return ERR_MEMORY;
+    for (int y = 0; y < w->rows; y++) {
+        int64_t row;
+        bool turned;
+        if (real_row(g, w->row0 + y, &row, &turned)) {
+            status s = read_line(raster, row, w->col0 + (turned ? g->width / 2 : 0), cols, line);
+            if (s) return s;
+        } else {
+            for (size_t i = 0; i < (size_t)cols * (size_t)g->channels; i++) line[i] = NAN;
+        }
+        group_columns(w, line, (size_t)y, room->planes);
+    }
+    return OK;
+}
+
+static status load_window(struct raster *raster, const struct window *w, struct resample_room *room)
+{
+    const raster_grid *g = w->grid;
+    size_t count = (size_t)w->rows * (size_t)w->cols;
+    if (!reserve(&room->planes, &room->planes_size, count * (size_t)g->read_planes))
+        return ERR_MEMORY;
+    int64_t col = w->col0;
+    if (g->full_circle) col = (col % g->width + g->width) % g->width;
+    bool inside = w->group == 1 && w->row0 >= 0 && w->row0 + w->rows <= g->height && col >= 0 &&
+                  col + w->cols <= g->width;
+    if (!inside) return load_lines(raster, w, room);
+    return raster_read(raster, (int)col, (int)w->row0, w->cols, w->rows, room->planes);
+}
+
+// Catmull-Rom between b and c, held between them; NaN neighbours are replaced, the nearer of b and
+// c must be there.
+static inline float cubic(float a, float b, float c, float d, float t)
+{
+    if (b != b || c != c) return t < 0.5f ? b : c;
+    if (a != a) a = b;
+    if (d != d) d = c;
+    float v = b + 0.5f * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
+    float low = b < c ? b : c, high = b < c ? c : b;
+    return v < low ? low : v > high ? high : v;
+}
+
+// One tile row from the four raster rows around it: `column` receives w->cols values.
+static void interpolate_rows(const struct window *w, const float *plane, double v, float *column)
+{
+    double base = floor(v);
+    float t = (float)(v - base);
+    size_t cols = (size_t)w->cols;
+    const float *b = plane + (size_t)((int64_t)base - w->row0) * cols;
+    const float *a = b - cols, *c = b + cols, *d = c + cols;
+    for (size_t i = 0; i < cols; i++) column[i] = cubic(a[i], b[i], c[i], d[i], t);
+}
+
+static inline float b_spline(float x)
+{
+    x = fabsf(x);
+    if (x >= 2) return 0;
+    float y = 2 - x;
+    if (x >= 1) return y * y * y / 6;
+    return (4 - 3 * x * x * (2 - x)) / 6;
+}
+
+// Weighted mean of the columns around u, spacing h; NaN when less than half the weight has data.
+static float average(const float *column, int cols, double u, double h)
+{
+    int low = (int)ceil(u - 2 * h), high = (int)floor(u + 2 * h);
+    if (low < 0) low = 0;
+    if (high > cols - 1) high = cols - 1;
+    float sum = 0, weight = 0, total = 0, inverse = (float)(1 / h);
+    float x = (float)((double)low - u) * inverse;
+    for (int i = low; i <= high; i++, x += inverse) {
+        float k = b_spline(x), v = column[i];
+        total += k;
+        if (v == v) {
+            sum += k * v;
+            weight += k;
+        }
+    }
+    return weight > 0 && weight >= 0.5f * total ? sum / weight : NAN;
+}
+
+// One tile row from one row of raster columns; where there is no data `out` is left as it is. u0,
+// step: in columns of the window; width: a tile row in such columns.
+static void resample_row(const struct window *w, const float *column, double u0, double step,
+                         double width, float *out)
+{
+    double blend = clamp_double((width - 1) / 0.5, 0, 1);
+    float mix = (float)(blend * blend * (3 - 2 * blend));
+    for (int i = 0; i < TILE_SIZE; i++) {
+        double u = u0 + i * step;
+        float v = 0;
+        if (mix < 1) {
+            int base = (int)floor(u);
+            const float *p = column + base;
+            v = cubic(p[-1], p[0], p[1], p[2], (float)(u - base));
+        }
+        if (mix > 0) {
+            float mean = average(column, w->cols, u, SPREAD * width);
+            v = mix < 1 ? v + mix * (mean - v) : mean;
+        }
+        if (v == v) out[i] = v;
+    }
+}
+
+static void plan_window(const raster_grid *g, tile_id id, struct window *w)
+{
+    double narrow = fmin(columns_in_row(g, id, w->first), columns_in_row(g, id, w->last));
+    double wide = fmax(columns_in_row(g, id, w->first), columns_in_row(g, id, w->last));
+    w->grid = g;
+    w->group = 1;
+    while (narrow / w->group > GROUP_ABOVE && w->group < g->width / 64) w->group *= 2;
+    w->row0 = (int64_t)floor(source_row(g, id, w->first)) - 1;
+    w->rows = (int)((int64_t)floor(source_row(g, id, w->last)) + 2 - w->row0 + 1);
+    // No kernel spans more than the full circle.
+    double step, u0 = source_column(g, id, w->shift, &step);
+    double reach = fmin(2 * SPREAD * wide, M_PI / g->dlon) + 3 * w->group;
+    w->col0 = (int64_t)floor(u0 - reach);
+    w->cols = (int)ceil(((TILE_SIZE - 1) * step + 2 * reach) / w->group) + 3;
+}
+
+static status resample_band(struct raster *raster, tile_id id, struct window *w,
+                            struct resample_room *room, float *planes)
+{
+    const raster_grid *g = raster_get_grid(raster);
+    plan_window(g, id, w);
+    status s = load_window(raster, w, room);
+    if (s) return s;
+    float *column = reserve(&room->column, &room->column_size, (size_t)w->cols);
+    if (!column) return ERR_MEMORY;
+    double step, u0 = source_column(g, id, w->shift, &step);
+    u0 = (u0 - (double)w->col0 + 0.5) / w->group - 0.5;
+    step /= w->group;
+    // Half the circle, in columns, bounds the B-spline's half width 2 SPREAD width.
+    double widest = 2 * M_PI / g->dlon / w->group / (4 * SPREAD);
+    for (int line = w->first; line <= w->last; line++) {
+        double width = fmin(columns_in_row(g, id, line) / w->group, widest);
+        double v = source_row(g, id, line);
+        for (int c = 0; c < g->channels; c++) {
+            interpolate_rows(w, room->planes + (size_t)c * (size_t)w->rows * (size_t)w->cols, v,
+                             column);
+            resample_row(w, column, u0, step, width,
+                         planes + ((size_t)c * TILE_SIZE + (size_t)line) * TILE_SIZE);
+        }
+    }
+    return OK;
+}
+
+// Tile rows whose nearest raster row is there; false when there are none.
+static bool covered_rows(const raster_grid *g, tile_id id, int *first, int *last)
+{
+    *first = 0;
+    *last = TILE_SIZE - 1;
+    while (*first <= *last && source_row(g, id, *first) < -0.5) ++*first;
+    while (*last >= *first && source_row(g, id, *last) > g->height - 0.5) --*last;
+    return *first <= *last;
+}
+
+// Bands in which the kernel's width in columns stays within a factor of two, so that each groups
+// its own way.
+static status resample_bands(struct raster *raster, tile_id id, double shift,
+                             struct resample_room *room, float *planes)
+{
+    const raster_grid *g = raster_get_grid(raster);
+    int first, last;
+    if (!covered_rows(g, id, &first, &last)) return OK;
+    while (first <= last) {
+        struct window w = {.shift = shift, .first = first, .last = first};
+        double width = fmax(columns_in_row(g, id, first), GROUP_ABOVE);
+        for (; w.last < last; w.last++) {
+            double next = fmax(columns_in_row(g, id, w.last + 1), GROUP_ABOVE);
+            if (next > 2 * width || width > 2 * next) break;
+        }
+        status s = resample_band(raster, id, &w, room, planes);
+        if (s) return s;
+        first = w.last + 1;
+    }
+    return OK;
+}
+
+status resample_tile(struct raster *raster, tile_id id, struct resample_room *room, float *planes)
+{
+    const raster_grid *g = raster_get_grid(raster);
+    size_t count = (size_t)g->channels * TILE_SIZE * TILE_SIZE;
+    for (size_t i = 0; i < count; i++) planes[i] = NAN;
+    if (g->full_circle)
+        return resample_touches(g, id) ? resample_bands(raster, id, 0, room, planes) : OK;
+    double west, south, east, north;
+    grid_bounds(id, &west, &south, &east, &north);
+    // A wide tile may meet both ends of a raster that almost closes the circle.
+    for (int turn = -1; turn <= 1; turn++) {
+        double shift = 2 * M_PI * turn;
+        if (west + shift >= g->east || east + shift <= g->west) continue;
+        status s = resample_bands(raster, id, shift, room, planes);
+        if (s) return s;
+    }
+    return OK;
+}

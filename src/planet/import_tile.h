@@ -1,0 +1,35 @@
+// One tile of an import: the pyramid of what is finer, the sources of its own zoom, encoded.
+// The workshop is shared; each worker index uses its own raster handles and room.
+//
+// Heights: a tile holds the filtered children where they are, elsewhere the sources of exactly this
+// zoom; coarser sources come in at their own zoom, so what they alone cover is NaN here, and a
+// coarser source that lies on top leaves NaN where it has data. Where children cover a sample in
+// part they are mixed with this zoom's sources. Colour and night have no NaN in the file: the
+// coarser sources are painted in, and where none has data it is black.
+#ifndef PERIGEE_PLANET_IMPORT_TILE_H
+#define PERIGEE_PLANET_IMPORT_TILE_H
+
+#include "planet/codec.h"
+#include "planet/import_cache.h"
+#include "planet/import_plan.h"
+
+struct workshop;
+
+typedef struct workshop_params {
+    const import_input *inputs; // of one layer, borrowed
+    const raster_grid *grids;   // of the inputs, borrowed
+    int count, workers;
+    geo_ellipsoid ellipsoid;
+    plan_bounds bounds;
+    struct import_cache *cache;
+} workshop_params;
+
+struct workshop *workshop_create(const workshop_params *params);
+void workshop_destroy(struct workshop **workshop);
+
+// body is empty (size 0) when no source has data in the tile. min, max: of the heights, 0 for
+// pixels.
+status workshop_make(struct workshop *workshop, int worker, tile_id id, codec_blob *body,
+                     float *min, float *max);
+
+#endif
