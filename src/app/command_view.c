@@ -4,12 +4,17 @@
 
 #include "app/session.h"
 #include "app/window.h"
+#include "base/log.h"
 #include "gpu/program.h"
 
 status command_view(const struct options *o)
 {
     struct session session;
     struct window_params params = {.vsync = true};
+    if (!window_display_available()) {
+        log_error("view: no display answers (DISPLAY, WAYLAND_DISPLAY); render and fly need none");
+        return ERR_GPU;
+    }
     status s = session_open_planet(o, &session);
     if (!s) s = session_camera(&session, &params.start);
     if (!s) {
@@ -21,6 +26,7 @@ status command_view(const struct options *o)
         params.unix_time_s = o->time_given ? o->unix_time_s : NAN;
         params.attribution = session.info.attribution;
         if (window_run(&params) != 0) s = ERR_GPU;
+        else session_credit(&session);
     }
     session_close(&session);
     return s;

@@ -108,8 +108,8 @@ const struct option_spec option_table[] = {
      "draw the levels A to B, 0..23 (default: by horizon and pixel size)"},
     {"azimuth-steps", 0, V | R | F, GROUP_METHOD, VALUE(option_azimuth_steps, "N"),
      "vertices around a ring, a multiple of 64, 64..4096 (default 1024)"},
-    {"rings", 0, V | R | F, GROUP_METHOD, INTEGER(view_params.rings_per_level, 2, 512, "M"),
-     "rings a level, 2..512 (default 40)"},
+    {"rings", 0, V | R | F, GROUP_METHOD, VALUE(option_rings, "M"),
+     "rings a level, an even number, 2..512 (default 40)"},
     {"shader-dir", 0, V | R | F, GROUP_METHOD, TEXT(shader_dir, "DIR"), "read shaders from DIR instead of the built-in ones"},
 
     {"json", 0, N, GROUP_GENERAL, FLAG(json), "print JSON"},

@@ -11,7 +11,13 @@
 #include "base/log.h"
 #include "geo/sun.h"
 
-enum { SIZE_MAX_PX = 16384, GRID_MAX_CELLS = 64, LEVEL_MAX = 23, AZIMUTH_MAX = 4096 };
+enum {
+    SIZE_MAX_PX = 16384,
+    GRID_MAX_CELLS = 64,
+    LEVEL_MAX = 23,
+    AZIMUTH_MAX = 4096,
+    RINGS_MAX = 512
+};
 
 static status refuse(const char *name, const char *value, const char *wanted)
 {
@@ -129,6 +135,15 @@ status option_azimuth_steps(struct options *o, const char *name, const char *val
     if (!number_parse_integer(value, &n) || n < 64 || n > AZIMUTH_MAX || n % 64 != 0)
         return refuse(name, value, "a multiple of 64 in 64..4096");
     o->view_params.azimuth_steps = (int)n;
+    return OK;
+}
+
+status option_rings(struct options *o, const char *name, const char *value)
+{
+    long long m;
+    if (!number_parse_integer(value, &m) || m < 2 || m > RINGS_MAX || m % 2 != 0)
+        return refuse(name, value, "an even number in 2..512");
+    o->view_params.rings_per_level = (int)m;
     return OK;
 }
 

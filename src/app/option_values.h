@@ -15,6 +15,7 @@ status option_texcoord(struct options *o, const char *name, const char *value);
 status option_mode(struct options *o, const char *name, const char *value);
 status option_levels(struct options *o, const char *name, const char *value);
 status option_azimuth_steps(struct options *o, const char *name, const char *value);
+status option_rings(struct options *o, const char *name, const char *value);
 status option_bytes(struct options *o, const char *name, const char *value);
 status option_bounds(struct options *o, const char *name, const char *value);
 status option_body(struct options *o, const char *name, const char *value);

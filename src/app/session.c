@@ -31,8 +31,12 @@ status session_open_planet(const struct options *o, struct session *out)
     s = (status)perigee_planet_open(o->planet ? o->planet : earth, &o->planet_params, &out->planet);
     if (s) return s;
     perigee_planet_get_info(out->planet, &out->info);
-    if (out->info.attribution[0]) log_info("%s: %s", out->info.name, out->info.attribution);
     return OK;
+}
+
+void session_credit(const struct session *s)
+{
+    if (s->info.attribution[0]) log_info("%s: %s", s->info.name, s->info.attribution);
 }
 
 status session_open_view(struct session *s)
@@ -43,7 +47,12 @@ status session_open_view(struct session *s)
     gpu_program_set_dir(o->shader_dir);
     result = (status)perigee_view_create(s->planet, &o->view_params, &s->view);
     if (!result && o->time_given) result = (status)perigee_view_set_time(s->view, o->unix_time_s);
-    return result;
+    if (result) return result;
+    session_credit(s);
+    perigee_stats stats;
+    perigee_view_get_stats(s->view, &stats);
+    log_info("GPU memory: %.1f MiB for terrain and geometry", (double)stats.gpu_bytes / 0x1p20);
+    return OK;
 }
 
 void session_close(struct session *s)

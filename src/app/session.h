@@ -17,10 +17,14 @@ struct session {
     perigee_view *view;
 };
 
-// Finds (or makes) and opens the planet that the options name, and prints whose data it is.
+// Finds (or makes) and opens the planet that the options name.
 status session_open_planet(const struct options *o, struct session *out);
 
-// Adds the context and the view, with the sun where the options have it.
+// Prints whose data it is.
+void session_credit(const struct session *s);
+
+// Adds the context and the view, with the sun where the options have it, and prints the credit and
+// the GPU memory taken.
 status session_open_view(struct session *s);
 
 void session_close(struct session *s);
