@@ -126,6 +126,33 @@ static void strips_come_coarse_first(void **state)
     model_deinit(&m);
 }
 
+// Work of coarse levels that comes up while finer levels are still queued goes before theirs.
+static void coarse_latecomers_go_first(void **state)
+{
+    (void)state;
+    clipmap_params p = heights(64, 12, 0);
+    struct model m;
+    model_init(&m, &p, 1, 64);
+    double lat = 0.3, step = PI / ldexp(256, 5); // of level 6
+    clipmap_move(m.clipmap, lat, 0, 6);
+    model_finish(&m);
+    fake_pyramid_slow(m.pyramid, 2000);
+    clipmap_move(m.clipmap, lat, 0, 11);
+    clipmap_move(m.clipmap, lat + 1.5 * step, 0, 11); // level 11 by 48 rows: its plan goes on
+    clipmap_strip s;
+    assert_true(clipmap_wait(m.clipmap, 10));
+    pool_drain(m.pool);
+    assert_true(clipmap_next_strip(m.clipmap, SIZE_MAX, &s));
+    assert_true(s.level <= 6);
+    clipmap_uploaded(m.clipmap, &s);
+    for (int level = s.level; clipmap_next_strip(m.clipmap, SIZE_MAX, &s); level = s.level) {
+        assert_true(s.level >= level);
+        clipmap_uploaded(m.clipmap, &s);
+        pool_drain(m.pool);
+    }
+    model_deinit(&m);
+}
+
 // The finest window moves on by more than itself every frame and the budget is small: the levels
 // whose windows move slowly become complete all the same, and in order.
 static void fast_flight_does_not_starve_coarse_levels(void **state)
@@ -258,6 +285,7 @@ int main(void)
         cmocka_unit_test(a_still_viewer_costs_nothing),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(strips_come_coarse_first),
+        cmocka_unit_test(coarse_latecomers_go_first),
         cmocka_unit_test(fast_flight_does_not_starve_coarse_levels),
         cmocka_unit_test(a_slow_source_never_blocks_the_viewer),
         cmocka_unit_test(refused_memory_is_tried_again),

@@ -1,5 +1,6 @@
 // Random walks of the viewer, with strips taken and uploaded in random portions: after every step
-// each sample that is called valid is what recomputing it from nothing gives.
+// each sample that a third of the levels, in turn, call valid is what recomputing it from nothing
+// gives; at the end each sample of all levels.
 #include "check.h"
 
 #include "model.h"
