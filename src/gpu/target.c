@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/log.h"
+#include "gpu/pixel_store.h"
 
 enum { MAX_STALE_ERRORS = 16 };
 
@@ -104,11 +105,8 @@ void gpu_target_read(const gpu_target *t, GLuint texture, GLenum format, GLenum 
 {
     size_t row = (size_t)t->width * texel_bytes;
     int band = row * (size_t)t->height <= INT_MAX ? t->height : (int)(INT_MAX / row);
-    GLint alignment = 4, buffer = 0;
-    glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
-    glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &buffer);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    struct pixel_store saved;
+    pixel_store_tight(&saved, PIXEL_PACK, 0);
     for (int y = 0; y < t->height; y += band) {
         int rows = t->height - y < band ? t->height - y : band;
         unsigned char *first = (unsigned char *)pixels + (size_t)(t->height - y - rows) * row;
@@ -117,6 +115,5 @@ void gpu_target_read(const gpu_target *t, GLuint texture, GLenum format, GLenum 
         for (int i = 0; i < rows / 2; i++)
             swap_rows(first + (size_t)i * row, first + (size_t)(rows - 1 - i) * row, row);
     }
-    glPixelStorei(GL_PACK_ALIGNMENT, alignment);
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, (GLuint)buffer);
+    pixel_store_restore(&saved);
 }

@@ -1,6 +1,7 @@
-// GPU time of named passes by timestamp queries, read some frames later without a wait. A pass
-// has a framebuffer of its own (or is compute): inside one framebuffer a tiling driver, and so
-// Mesa's software driver, stamps the time of the last tile only. Main only.
+// GPU time of named passes by timestamp queries, read some frames later without a wait. Begin a
+// pass before it binds or clears its framebuffer, and give each pass a framebuffer of its own (or
+// compute): between draws into one framebuffer a tiling driver, and so Mesa's software driver,
+// stamps the time at which its last tile came there. Main only.
 #ifndef PERIGEE_GPU_TIMER_H
 #define PERIGEE_GPU_TIMER_H
 

@@ -9,6 +9,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "gpu/pixel_store.h"
 
 enum { SHARES = 3, SHARE_ALIGN = 256, TEXEL_ALIGN = 16, MAX_STALE_ERRORS = 16 };
 
@@ -21,6 +22,7 @@ struct gpu_upload {
     size_t total;
     int share;
     bool open;
+    struct pixel_store saved; // while open
 };
 
 static size_t round_up(size_t n, size_t step)
@@ -79,6 +81,7 @@ bool gpu_upload_begin(struct gpu_upload *u)
         glDeleteSync(fence);
         u->fences[u->share] = NULL;
     }
+    pixel_store_tight(&u->saved, PIXEL_UNPACK, u->buffer);
     u->used = 0;
     u->open = true;
     return true;
@@ -95,12 +98,8 @@ void gpu_upload_texture(struct gpu_upload *u, GLuint texture, int layer, int x, 
     assert(u->open && bytes <= gpu_upload_room(u));
     size_t offset = (size_t)u->share * u->share_bytes + u->used;
     memcpy(u->mapped + offset, texels, bytes);
-    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, u->buffer);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     glTextureSubImage3D(texture, 0, x, y, layer, width, height, 1, format, type,
                         (const void *)(uintptr_t)offset);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
     u->used += round_up(bytes, TEXEL_ALIGN);
     u->total += bytes;
 }
@@ -112,6 +111,7 @@ void gpu_upload_end(struct gpu_upload *u)
         u->fences[u->share] = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
         u->share = (u->share + 1) % SHARES;
     }
+    pixel_store_restore(&u->saved);
     u->open = false;
 }
 

@@ -1,6 +1,7 @@
 // A persistently mapped ring through which all texture and buffer uploads of a frame go, without a
 // wait: a frame may use at most a third of it, and a third is written again only after its fence
-// has passed. Main only.
+// has passed. Between begin and end the pixel unpack state is the ring's; end gives it back. Main
+// only.
 #ifndef PERIGEE_GPU_UPLOAD_H
 #define PERIGEE_GPU_UPLOAD_H
 
@@ -22,8 +23,8 @@ bool gpu_upload_begin(struct gpu_upload *upload);
 // Room left in this frame's share.
 size_t gpu_upload_room(const struct gpu_upload *upload);
 
-// Copies a rectangle of texels (tightly packed rows) into layer `layer` of a GL_TEXTURE_2D_ARRAY.
-// bytes <= room.
+// After a begin that was granted. Copies a rectangle of texels (tightly packed rows) into layer
+// `layer` of a GL_TEXTURE_2D_ARRAY. bytes <= room.
 void gpu_upload_texture(struct gpu_upload *upload, GLuint texture, int layer, int x, int y,
                         int width, int height, GLenum format, GLenum type, const void *texels,
                         size_t bytes);

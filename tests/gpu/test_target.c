@@ -32,6 +32,8 @@ static void test_readback_top_row_first(void **state)
     assert_int_equal(gpu_target_init(&t, WIDTH, HEIGHT, (GLenum[]){GL_RGBA8, GL_RG32F}, 2, 0), OK);
     assert_int_equal(t.depth, 0);
     draw(&t, 0.5f, tint);
+    glPixelStorei(GL_PACK_ROW_LENGTH, 100); // another program's state: neither used nor lost
+    glPixelStorei(GL_PACK_SKIP_ROWS, 3);
     gpu_target_read(&t, t.colors[1], GL_RG, GL_FLOAT, sizeof place[0][0], place);
     gpu_target_read(&t, t.colors[0], GL_RGB, GL_UNSIGNED_BYTE, sizeof color[0][0], color);
     for (int y = 0; y < HEIGHT; y++)
@@ -42,9 +44,13 @@ static void test_readback_top_row_first(void **state)
             assert_int_equal(color[y][x][1], 0);
             assert_int_equal(color[y][x][2], 51);
         }
-    GLint alignment = 0;
+    GLint alignment = 0, length = 0, skip = 0;
     glGetIntegerv(GL_PACK_ALIGNMENT, &alignment);
-    assert_int_equal(alignment, 4);
+    glGetIntegerv(GL_PACK_ROW_LENGTH, &length);
+    glGetIntegerv(GL_PACK_SKIP_ROWS, &skip);
+    assert_true(alignment == 4 && length == 100 && skip == 3);
+    glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+    glPixelStorei(GL_PACK_SKIP_ROWS, 0);
     gpu_target_deinit(&t);
 }
 

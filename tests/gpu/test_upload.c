@@ -73,6 +73,7 @@ static void test_content(void **state)
     heights.texture = make_windows(GL_R32F);
     colors.texture = make_windows(GL_RGBA8);
     int refused = 0;
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 100); // another program's state: neither used nor lost
     for (int frame = 0; frame < FRAMES; frame++) {
         if (gpu_upload_begin(u)) {
             while (upload_some(u, roll(0, 1) ? &heights : &colors)) continue;
@@ -85,6 +86,11 @@ static void test_content(void **state)
     }
     check_window(&heights);
     check_window(&colors);
+    GLint length = 0, buffer = -1;
+    glGetIntegerv(GL_UNPACK_ROW_LENGTH, &length);
+    glGetIntegerv(GL_PIXEL_UNPACK_BUFFER_BINDING, &buffer);
+    assert_true(length == 100 && buffer == 0);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
     assert_int_equal(gpu_upload_total(u), heights.sent + colors.sent);
     print_message("%zu bytes in %d frames, %d of them refused\n", gpu_upload_total(u), FRAMES,
                   refused);
