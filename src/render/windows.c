@@ -86,7 +86,7 @@ static status create_layers(struct windows *w, const windows_params *p)
     int finest = meta->max_zoom[LAYER_COLOR] > meta->max_zoom[LAYER_NIGHT]
                      ? meta->max_zoom[LAYER_COLOR]
                      : meta->max_zoom[LAYER_NIGHT];
-    int wanted = finest + 1 < 2 ? 2 : finest + 1;
+    int wanted = finest < 2 ? 2 : finest;
     c.layer = LAYER_COLOR;
     c.shape = WINDOW_COLOR;
     c.levels = wanted < p->levels ? wanted : p->levels;
