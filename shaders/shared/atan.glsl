@@ -16,7 +16,7 @@
 #define ATAN_8 0.00292033004f
 
 // The angle of (x, y) from the x axis, rad, in [-pi, pi].
-//   error   1.6e-7 relative in float, 1.4e-7 in the first octant; 1.7e-8 in double (tests/geo/test_shared.c)
+//   error   1.62e-7 relative in float, 1.4e-7 in the first octant; 1.7e-8 in double (tests/geo/test_shared.c)
 //   edges   (0, 0) gives 0; the sign of y decides the half, so y = -1e-30 with x < 0 gives -pi, and y = 0 counts as above
 SHARED real SHARED_NAME(atan_ratio)(real y, real x)
 {

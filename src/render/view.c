@@ -232,8 +232,8 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
 
     cell_view cells = projection_cell_view(p, m->height_min, m->height_max);
     struct spherical_counts counts = {0};
-    frame_begin_geometry(&v->frame, v->windows);
     gpu_timer_begin(v->timer, 0);
+    frame_begin_geometry(&v->frame, v->windows);
     spherical_draw(v->spherical, v->windows, &cells, v->first, v->last, !v->params.no_cull,
                    &counts);
     frame_shade(&v->frame, v->windows);
