@@ -15,6 +15,7 @@ struct cell {
 struct clip_bounds {
     int rows, cells;
     struct cell *cell; // rows x cells
+    clip_range *row;   // of all cells of a row
 };
 
 struct clip_bounds *clip_bounds_create(int rows, int cols)
@@ -26,6 +27,8 @@ struct clip_bounds *clip_bounds_create(int rows, int cols)
     b->cell = NEW_ARRAY(struct cell, count);
     for (size_t i = 0; i < count; i++)
         b->cell[i] = (struct cell){CLIP_RANGE_EMPTY, CLIP_RANGE_EMPTY, 0};
+    b->row = NEW_ARRAY(clip_range, (size_t)rows);
+    for (int i = 0; i < rows; i++) b->row[i] = CLIP_RANGE_EMPTY;
     return b;
 }
 
@@ -33,6 +36,7 @@ void clip_bounds_destroy(struct clip_bounds **bounds)
 {
     if (!*bounds) return;
     free((*bounds)->cell);
+    free((*bounds)->row);
     free(*bounds);
     *bounds = NULL;
 }
@@ -82,6 +86,13 @@ static void cell_write(struct cell *c, clip_range range, int first, int count)
     *c = (struct cell){c->new, CLIP_RANGE_EMPTY, 0};
 }
 
+static clip_range range_of_cells(const struct cell *cells, int count)
+{
+    clip_range r = CLIP_RANGE_EMPTY;
+    for (int i = 0; i < count; i++) r = range_join(r, range_join(cells[i].old, cells[i].new));
+    return r;
+}
+
 void clip_bounds_write(struct clip_bounds *b, int tex_row, int rows, int tex_col, int cols,
                        const clip_range *ranges)
 {
@@ -91,20 +102,14 @@ void clip_bounds_write(struct clip_bounds *b, int tex_row, int rows, int tex_col
         for (int col = tex_col; col < end; col = cell_end(col, end))
             cell_write(&line[col / CLIP_CELL], *ranges++, col % CLIP_CELL,
                        cell_end(col, end) - col);
+        b->row[row] = range_of_cells(line, b->cells);
     }
 }
 
-clip_range clip_bounds_of(const struct clip_bounds *b, window_rect rect)
+clip_range clip_bounds_of(const struct clip_bounds *b, int64_t row0, int64_t row1)
 {
     clip_range r = CLIP_RANGE_EMPTY;
-    if (window_rect_empty(rect)) return r;
-    int64_t first = rect.col0 - window_texel(rect.col0, CLIP_CELL);
-    for (int64_t row = rect.row0; row < rect.row1; row++) {
-        const struct cell *line = b->cell + (size_t)window_texel(row, b->rows) * (size_t)b->cells;
-        for (int64_t col = first; col < rect.col1; col += CLIP_CELL) {
-            const struct cell *c = &line[window_texel(col, b->cells * CLIP_CELL) / CLIP_CELL];
-            r = range_join(r, range_join(c->old, c->new));
-        }
-    }
+    for (int64_t row = row0; row < row1; row++)
+        r = range_join(r, b->row[window_texel(row, b->rows)]);
     return r;
 }

@@ -32,7 +32,8 @@ void clip_bounds_reduce(const float *samples, int rows, int tex_col, int cols, c
 void clip_bounds_write(struct clip_bounds *bounds, int tex_row, int rows, int tex_col, int cols,
                        const clip_range *ranges);
 
-// Covers the samples of a rectangle (in window samples, at most as large as the texture).
-clip_range clip_bounds_of(const struct clip_bounds *bounds, window_rect rect);
+// Covers the samples of window rows [row0, row1), at most as many as the texture has, at all
+// columns.
+clip_range clip_bounds_of(const struct clip_bounds *bounds, int64_t row0, int64_t row1);
 
 #endif

@@ -26,7 +26,7 @@ struct plan {
 struct level {
     window window, held;
     window_rect valid; // in columns of `held`
-    clip_range range;  // heights in `valid`
+    clip_range range;  // covers the heights in `valid`
     struct plan plan;
     struct clip_bounds *bounds;
 };
@@ -95,13 +95,6 @@ static bool level_complete(const struct clipmap *c, const struct level *l)
            rect_equal(valid_in(c, l, &l->window), l->window.rect);
 }
 
-static void set_valid(struct level *l, const window *held, window_rect valid)
-{
-    l->held = *held;
-    l->valid = valid;
-    l->range = l->bounds ? clip_bounds_of(l->bounds, valid) : CLIP_RANGE_EMPTY;
-}
-
 static void plan_start(struct clipmap *c, struct level *l)
 {
     window_rect kept = valid_in(c, l, &l->window);
@@ -116,15 +109,19 @@ static void plan_begin(struct clipmap *c, struct level *l)
     window_rect kept = valid_in(c, l, &p->window);
     if (window_rect_empty(kept)) c->counters.refills++;
     p->begun = true;
-    set_valid(l, &p->window, window_rect_intersect(kept, p->target));
+    l->held = p->window; // l->range still covers what is left
+    l->valid = window_rect_intersect(kept, p->target);
 }
 
 static void plan_finish_if_done(struct clipmap *c, struct level *l)
 {
     struct plan *p = &l->plan;
     if (!p->active || p->live || clip_strips_left(&p->strips, clip_jobs_max_rows(c->jobs))) return;
-    if (p->begun) set_valid(l, &p->window, p->target);
     p->active = false;
+    if (!p->begun) return;
+    l->held = p->window;
+    l->valid = p->target;
+    if (l->bounds) l->range = clip_bounds_of(l->bounds, l->valid.row0, l->valid.row1);
 }
 
 static void plan_cancel(struct clipmap *c, struct level *l)

@@ -30,8 +30,8 @@ typedef struct clipmap_level {
     window_rect valid; // part of it that is uploaded; may be empty. With the share of `window` it
                        // lies inside window.rect; with another share it counts columns by
                        // held.share, until the first strip of the new share
-    bool complete;  // valid == window.rect and the shares agree: nothing is missing
-    float min, max; // heights: bounds of the valid samples; +inf, -inf when empty
+    bool complete;     // valid == window.rect and the shares agree: nothing is missing
+    float min, max;    // heights: bounds of the valid samples; +inf, -inf when empty
 } clipmap_level;
 
 // A finished strip: upload rect (already split so that it does not wrap in the texture) to texture

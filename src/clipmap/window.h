@@ -7,11 +7,14 @@
 // step from longitude -pi, so column j of share k lies at longitude -pi + (j + 1/2) step, and j
 // counts modulo cols 2^k. Rows beyond a pole hold the opposite meridian: row -1 - r at longitude
 // lon is row r at lon + pi. A full-circle window (k = 0) holds every column and never moves
-// sideways. A sample lives in the texture at (row mod rows, col mod cols). The margin, (rows -
-// diameter_rows) / 2 samples on each side of the ring in both directions, has room for the bilinear
-// footprint (1), the snapping (1/2), geodetic against reduced latitude (up to A/B - 1 of the
-// radius) and for data that lags behind the viewer. Rows are clipped at the margin beyond a pole:
-// there a window stands still. Pure functions. Any thread.
+// sideways. A sample lives in the texture at (row mod rows, col mod cols).
+//
+// The margin, (rows - diameter_rows) / 2 samples on each side of the ring in both directions, has
+// room for the bilinear footprint (1), the snapping (1/2), geodetic against reduced latitude (up to
+// A/B - 1 of the radius) and for data that lags behind the viewer. Rows are clipped at the margin
+// beyond a pole: there a window stands still.
+//
+// Pure functions. Any thread.
 #ifndef PERIGEE_CLIPMAP_WINDOW_H
 #define PERIGEE_CLIPMAP_WINDOW_H
 
@@ -47,8 +50,8 @@ typedef struct window {
 // The window of a level for a focus at geodetic latitude and longitude (rad; any finite longitude).
 // ring_bound: by how much the geodetic radius may exceed the reduced one: A/B of the ellipsoid. It
 // also gives the reduced latitude, on which the ring's longitude span depends. The ring and its
-// bilinear footprint lie inside while diameter_rows / 2 * (ring_bound - 1) + 3/2 <= margin (A/B
-// <= 1.11 for both shapes above).
+// bilinear footprint lie inside while diameter_rows / 2 * (ring_bound - 1) + 3/2 <= margin: up to
+// an A/B of 1.11 for the heights above, of 1.028 for the colour.
 window window_at(const window_shape *shape, int level, double lat, double lon, double ring_bound);
 
 // Steps between samples, rad.
