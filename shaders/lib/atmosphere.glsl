@@ -4,7 +4,7 @@
 #include "lib/blocks.glsl"
 
 #define RAYLEIGH vec3(0.046, 0.108, 0.265) /* vertical optical depth at 680, 550, 440 nm */
-#define AIR_RADIANCE 0.30 /* of a thick layer; 3/16 of the sun's 1.25 for single scattering, raised for the multiple */
+#define AIR_RADIANCE 0.40 /* of a thick layer; 3/16 of the sun's 1.6 for single scattering, raised for the multiple */
 
 // From a point at `height` (radii above the surface) towards a direction of cosine mu to the vertical, to infinity.
 float optical_depth(float height, float mu)
@@ -23,7 +23,9 @@ float daylight(vec3 up, vec3 sun)
 }
 
 // Light scattered into the ray and what it lets through. `dir` unit in scaled space, `t` its length (< 0: infinite);
-// `lit` is the daylight where the ray is densest.
+// `lit` is the daylight where the ray is densest. Before terrain the air is thinned by TERRAIN_AIR, clearer than in nature,
+// so that the ground is seen.
+#define TERRAIN_AIR 0.35
 vec3 air_scatter(vec3 dir, float t, float lit, float cos_sun, out vec3 through)
 {
     float h = view.camera.w;
@@ -38,7 +40,7 @@ vec3 air_scatter(vec3 dir, float t, float lit, float cos_sun, out vec3 through)
         float away = optical_depth(max(h_end, 0.0), mu_end);
         depth = mu_end < 0.0 && mu < 0.0 ? optical_depth(max(h_end, 0.0), -mu_end) - optical_depth(h, -mu) : depth - away;
     }
-    depth = max(depth, 0.0) * view.atmosphere.z;
+    depth = max(depth, 0.0) * view.atmosphere.z * (t >= 0.0 ? TERRAIN_AIR : 1.0);
     through = exp(-RAYLEIGH * depth);
     return AIR_RADIANCE * (1.0 + cos_sun * cos_sun) * lit * (1.0 - through);
 }

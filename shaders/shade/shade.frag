@@ -132,7 +132,7 @@ void main()
 
     float lit = daylight(up, view.sun.xyz);
     float direct = max(dot(normal, sun_ecef), 0.0) * lit;
-    vec3 light = 1.25 * direct + vec3(0.13, 0.16, 0.22) * lit + 0.004;
+    vec3 light = 1.6 * direct + vec3(0.16, 0.19, 0.25) * lit + 0.004;
     vec3 surface = albedo * light + texel.a * (1.0 - lit) * vec3(1.0, 0.78, 0.45);
     vec3 through;
     vec3 dir = scaled(position);
