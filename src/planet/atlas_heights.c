@@ -15,7 +15,7 @@ enum { PEAK = 256, PIT = 512, SEA = 768, CODES = 769, BAND_ROWS = 64 };
 
 // Distances, in samples, at which the passes average; wide bands of one grey need the wide ones
 // first.
-static const int distances[] = {16, 8, 4, 2, 1, 1};
+static const int distances[] = {8, 4, 2, 1, 1};
 enum { PASSES = sizeof distances / sizeof *distances };
 
 struct heights {
@@ -87,22 +87,38 @@ static inline float hold(const struct heights *h, uint16_t code, float v)
     return v < low ? low : v > high ? high : v;
 }
 
-// (1 2 1)/4 in both directions at the pass's distance, held in the interval.
-static void smooth_row(const struct heights *h, int y, float *sums)
+static inline float blend(float a, float b, float c, float d, float e)
 {
-    int width = h->params.width, height = h->params.height, d = h->distance;
-    const float *b = h->from + (size_t)y * (size_t)width;
-    const float *a = h->from + (size_t)(y - d < 0 ? 0 : y - d) * (size_t)width;
-    const float *c = h->from + (size_t)(y + d >= height ? height - 1 : y + d) * (size_t)width;
+    return 0.0625f * (10 * c + 4 * (b + d) - (a + e));
+}
+
+// Row y + offset of the pass's input; beyond a pole the outermost row.
+static const float *row_at(const struct heights *h, int y)
+{
+    int last = h->params.height - 1;
+    y = y < 0 ? 0 : y > last ? last : y;
+    return h->from + (size_t)y * (size_t)h->params.width;
+}
+
+// (-1 4 10 4 -1)/16 in both directions at the pass's distance, which leaves cubic slopes and
+// summits as they are and takes the finest steps away; held in the interval. `line` has room for
+// width + 4 distances.
+static void smooth_row(const struct heights *h, int y, float *line)
+{
+    int width = h->params.width, d = h->distance;
+    const float *a = row_at(h, y - 2 * d), *b = row_at(h, y - d), *c = row_at(h, y);
+    const float *e = row_at(h, y + d), *f = row_at(h, y + 2 * d);
+    float *sums = line + 2 * d;
+    for (int x = 0; x < width; x++) sums[x] = blend(a[x], b[x], c[x], e[x], f[x]);
+    for (int x = 0; x < 2 * d; x++) {
+        sums[-1 - x] = sums[width - 1 - x % width];
+        sums[width + x] = sums[x % width];
+    }
     const uint16_t *code = h->codes + (size_t)y * (size_t)width;
     float *to = h->to + (size_t)y * (size_t)width;
-    for (int x = 0; x < width; x++) sums[x] = a[x] + 2 * b[x] + c[x];
-    for (int x = 0; x < d; x++)
-        to[x] = hold(h, code[x], (sums[x + width - d] + 2 * sums[x] + sums[x + d]) * 0.0625f);
-    for (int x = d; x < width - d; x++)
-        to[x] = hold(h, code[x], (sums[x - d] + 2 * sums[x] + sums[x + d]) * 0.0625f);
-    for (int x = width - d; x < width; x++)
-        to[x] = hold(h, code[x], (sums[x - d] + 2 * sums[x] + sums[x + d - width]) * 0.0625f);
+    for (int x = 0; x < width; x++)
+        to[x] = hold(h, code[x],
+                     blend(sums[x - 2 * d], sums[x - d], sums[x], sums[x + d], sums[x + 2 * d]));
 }
 
 static void smooth_band(void *arg, int worker)
@@ -110,10 +126,10 @@ static void smooth_band(void *arg, int worker)
     (void)worker;
     struct band *b = arg;
     struct heights *h = b->heights;
-    float *sums = NEW_ARRAY(float, (size_t)h->params.width);
+    float *line = NEW_ARRAY(float, (size_t)(h->params.width + 4 * h->distance));
     for (int y = b->row; y < b->row + BAND_ROWS && y < h->params.height; y++)
-        smooth_row(h, y, sums);
-    free(sums);
+        smooth_row(h, y, line);
+    free(line);
 }
 
 static void run_bands(struct heights *h, struct pool *pool, pool_job job, struct band *bands)
