@@ -28,6 +28,7 @@ static status import_rasters(const struct options *o)
     progress_start(&progress, stderr, o->quiet);
     status s = import_run(&params);
     progress_finish(&progress);
+    if (!s) log_info("%s: complete", o->output);
     return s;
 }
 
@@ -36,6 +37,5 @@ status command_import(const struct options *o)
     status s = o->earth ? default_earth_make(o) : import_rasters(o);
     if (s == ERR_CANCELLED)
         log_error("import interrupted: the same command with --resume goes on with what is done");
-    else if (!s && o->output) log_info("%s: complete", o->output);
     return s;
 }

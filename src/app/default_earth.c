@@ -30,6 +30,7 @@ static status make(const struct options *o, const char *output, bool resume)
     progress_start(&progress, stderr, o->quiet);
     s = import_earth(&params);
     progress_finish(&progress);
+    if (!s) log_info("%s: complete", output);
     return s;
 }
 
