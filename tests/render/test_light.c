@@ -1,0 +1,97 @@
+// Where the light comes from: day over the subsolar point, night over its antipode, the terminator
+// the right way round. The expected places are from the almanac, not from src/geo.
+#include "render/scene.h"
+
+enum { SIZE = 96 };
+
+// Mean of the green plane over a band of columns, sky left out.
+static double mean_light(const float *g, const float *z, int x0, int x1)
+{
+    double sum = 0;
+    int count = 0;
+    for (int y = 0; y < SIZE; y++) {
+        for (int x = x0; x < x1; x++) {
+            if (isnan(z[y * SIZE + x])) continue;
+            sum += g[y * SIZE + x];
+            count++;
+        }
+    }
+    return count ? sum / count : NAN;
+}
+
+static double light_from(perigee_view *view, double lat, double lon, double time_s, double *left,
+                         double *right)
+{
+    static float g[SIZE * SIZE], z[SIZE * SIZE];
+    perigee_camera c = {
+        .lat_deg = lat, .lon_deg = lon, .alt_m = 1.2e7, .pitch_deg = -90, .fov_deg = 50};
+    assert_int_equal(perigee_view_set_time(view, time_s), 0);
+    scene_render(view, &c, SIZE, SIZE);
+    perigee_planes planes = {.g = g, .z_m = z};
+    assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+    *left = mean_light(g, z, 0, SIZE / 2 - 8);
+    *right = mean_light(g, z, SIZE / 2 + 8, SIZE);
+    return mean_light(g, z, 0, SIZE);
+}
+
+static void test_day_and_night(void **state)
+{
+    (void)state;
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    double left, right;
+    // Solstice of June 2026, noon at Greenwich: the sun stands over 23.4 N, 0.5 E.
+    const double solstice = 1782043200;
+    double day = light_from(view, 23.4, 0.5, solstice, &left, &right);
+    double night = light_from(view, -23.4, -179.5, solstice, &left, &right);
+    print_message("day %.4f, night %.4f\n", day, night);
+    assert_true(day > 0.05);
+    assert_true(night < 0.05 * day);
+    // Both poles: the northern one lit, the southern one dark.
+    double north = light_from(view, 90, 0, solstice, &left, &right);
+    double south = light_from(view, -90, 0, solstice, &left, &right);
+    print_message("north %.4f, south %.4f\n", north, south);
+    assert_true(south < 0.3 * north);
+    // Equinox of March 2026, noon at Greenwich: seen from 90 E, north up, the sun is in the west,
+    // which is left.
+    light_from(view, 0, 90, 1774008000, &left, &right);
+    print_message("west %.4f, east %.4f\n", left, right);
+    assert_true(right < 0.2 * left);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+// Without a time it is day everywhere, and crossing a pole or the date line changes nothing at
+// once.
+static void test_perpetual_day(void **state)
+{
+    (void)state;
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    double left, right, reference = light_from(view, 0, 0, 1782043200, &left, &right);
+    static float g[SIZE * SIZE], z[SIZE * SIZE];
+    const double places[][2] = {{0, 0}, {50, 120}, {-60, -100}, {90, 0}, {-90, 50}, {10, 180}};
+    perigee_view_set_time_noon(view);
+    for (int i = 0; i < 6; i++) {
+        perigee_camera c = {.lat_deg = places[i][0],
+                            .lon_deg = places[i][1],
+                            .alt_m = 1.2e7,
+                            .pitch_deg = -90,
+                            .fov_deg = 50};
+        scene_render(view, &c, SIZE, SIZE);
+        perigee_planes planes = {.g = g, .z_m = z};
+        assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+        assert_true(mean_light(g, z, 0, SIZE) > 0.4 * reference);
+    }
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_day_and_night),
+        cmocka_unit_test(test_perpetual_day),
+    };
+    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+}
