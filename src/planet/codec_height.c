@@ -103,6 +103,18 @@ static exr_result_t write_header(exr_context_t ctxt)
     return r ? r : exr_write_header(ctxt);
 }
 
+// OpenEXRCore takes a chunk whose size is that of its samples for one stored as it is, but its
+// encoder keeps a compressed one of just that size (3.1.5; rough heights meet it about once in a
+// hundred chunks). Such a chunk is stored as it is.
+static exr_result_t compress_smaller(exr_encode_pipeline_t *pipe)
+{
+    exr_result_t (*compress)(exr_encode_pipeline_t *) = pipe->encoding_user_data;
+    exr_result_t r = compress(pipe);
+    if (!r && pipe->compressed_bytes == pipe->packed_bytes)
+        memcpy(pipe->compressed_buffer, pipe->packed_buffer, pipe->packed_bytes);
+    return r;
+}
+
 static exr_result_t write_chunks(exr_context_t ctxt, const float *samples)
 {
     exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
@@ -118,7 +130,11 @@ static exr_result_t write_chunks(exr_context_t ctxt, const float *samples)
         pipe.channels[0].user_pixel_stride = sizeof(float);
         pipe.channels[0].user_line_stride = TILE_SIZE * sizeof(float);
         pipe.channels[0].encode_from_ptr = (const uint8_t *)(samples + (size_t)y * TILE_SIZE);
-        if (y == 0) r = exr_encoding_choose_default_routines(ctxt, 0, &pipe);
+        if (y == 0) {
+            r = exr_encoding_choose_default_routines(ctxt, 0, &pipe);
+            pipe.encoding_user_data = (void *)pipe.compress_fn;
+            pipe.compress_fn = compress_smaller;
+        }
         if (!r) r = exr_encoding_run(ctxt, 0, &pipe);
     }
     exr_encoding_destroy(ctxt, &pipe);

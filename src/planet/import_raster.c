@@ -7,6 +7,7 @@
 #include <gdal_utils.h>
 #include <ogr_srs_api.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -32,6 +33,7 @@ struct raster {
     double nodata[MAX_BANDS];
     double scale, offset; // metres = sample * scale + offset; pixels: to codes of 0 to 255
     bool south_up;
+    char error[512]; // of the last read that failed
 };
 
 static void register_drivers(void)
@@ -364,14 +366,19 @@ static status read_file(struct raster *r, int col, int row, int cols, int rows, 
     if (read && r->mask) read = erase_masked(r, col, from, cols, rows, planes);
     CPLPopErrorHandler();
     if (!read) {
-        log_error("%s: cannot read rows %d to %d: %s", r->path, row, row + rows - 1,
-                  CPLGetLastErrorMsg());
+        snprintf(r->error, sizeof r->error, "%s: cannot read rows %d to %d: %s", r->path, row,
+                 row + rows - 1, CPLGetLastErrorMsg());
         return ERR_FORMAT;
     }
     if (r->south_up)
         for (int b = 0; b < r->band_count; b++) flip_rows(planes + (size_t)b * count, cols, rows);
     convert(r, planes, count);
     return OK;
+}
+
+const char *raster_error(const struct raster *r)
+{
+    return r->error;
 }
 
 status raster_read(struct raster *r, int col, int row, int cols, int rows, float *planes)

@@ -41,8 +41,10 @@ void raster_close(struct raster **raster);
 const raster_grid *raster_get_grid(const struct raster *raster);
 
 // Reads a window that lies inside the raster: `channels` planes of rows x cols floats, in room for
-// `read_planes`.
+// `read_planes`. ERR_FORMAT is not logged, because handles of several workers meet the same fault:
+// raster_error tells it.
 status raster_read(struct raster *raster, int col, int row, int cols, int rows, float *planes);
+const char *raster_error(const struct raster *raster);
 
 // The coarsest zoom whose latitude step is at most 1.1 `step` (rad), at most GRID_MAX_ZOOM.
 int raster_zoom_of_step(double step);

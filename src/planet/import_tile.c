@@ -1,9 +1,11 @@
 #include "planet/import_tile.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/log.h"
 #include "base/memory.h"
 #include "planet/filter.h"
 #include "planet/import_light.h"
@@ -34,6 +36,7 @@ struct workshop {
     workshop_params params;
     int channels;
     struct bench *benches;
+    atomic_flag reported; // a read that failed has been logged
 };
 
 struct workshop *workshop_create(const workshop_params *params)
@@ -138,7 +141,11 @@ static status lay_sources(struct workshop *w, struct bench *b, tile_id id, bool 
         if (g->zoom > id.zoom || !resample_touches(g, id)) continue;
         struct raster *raster;
         status s = open_input(w, b, i, &raster);
-        if (!s) s = resample_tile(raster, id, &b->room, b->source);
+        if (s) return s;
+        s = resample_tile(raster, id, &b->room, b->source);
+        if (s && !atomic_flag_test_and_set(&w->reported))
+            log_error("%s", s == ERR_MEMORY ? "out of memory for a part of a raster"
+                                            : raster_error(raster));
         if (s) return s;
         clip(w, id, b->source);
         bool erase = id.layer == LAYER_HEIGHT && g->zoom < id.zoom;

@@ -138,7 +138,7 @@ static inline status import_heights(const char *output, const char *name)
 static inline struct planet_file *open_planet(const char *name)
 {
     struct planet_file *f;
-    assert_int_equal(planet_file_open(in_dir(name), &f), OK);
+    if (planet_file_open(in_dir(name), &f)) fail_msg("%s: %s", name, logged);
     return f;
 }
 

@@ -1,0 +1,327 @@
+// The import as a whole: overlays, bounds, bad input, stopping and going on, threads.
+#include "test_import_common.h"
+
+#include <signal.h>
+#include <sys/wait.h>
+
+static double level_500(int band, double x, double y)
+{
+    (void)band;
+    (void)x;
+    (void)y;
+    return 500;
+}
+
+static double level_900(int band, double x, double y)
+{
+    return level_500(band, x, y) + 400;
+}
+
+static double rough(int band, double x, double y)
+{
+    (void)band;
+    return 800 * sin(x * 0.9) * cos(y * 1.3) + 300 * sin(x * 7.1 + y * 5.3);
+}
+
+static const raster_spec globe = {.name = "globe.tif",
+                                  .width = 720,
+                                  .height = 360,
+                                  .bands = 1,
+                                  .type = GDT_Float32,
+                                  .crs = "EPSG:4326",
+                                  .transform = {-180, 0.5, 0, 90, 0, -0.5},
+                                  .value = level_500};
+
+static raster_spec inset_at(const char *name, double west, double north, double step,
+                            double (*value)(int, double, double))
+{
+    return (raster_spec){.name = name,
+                         .width = 100,
+                         .height = 100,
+                         .bands = 1,
+                         .type = GDT_Float32,
+                         .crs = "EPSG:4326",
+                         .transform = {west, step, 0, north, 0, -step},
+                         .value = value};
+}
+
+static const enum tile_layer two_heights[] = {LAYER_HEIGHT, LAYER_HEIGHT};
+
+// A finer inset over a base: its own zooms hold it alone, coarser ones hold both; the later of two
+// equals wins; a later coarse source hides a finer one.
+static void test_overlay(void **state)
+{
+    (void)state;
+    raster_spec fine = inset_at("fine.tif", 10, 50, 0.05, level_900);
+    write_raster(&globe);
+    write_raster(&fine);
+    assert_int_equal(
+        import_files("o.planet", 2, two_heights, (const char *[]){"globe.tif", "fine.tif"}), OK);
+    struct planet_file *f = open_planet("o.planet");
+    int top = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+    assert_int_equal(top, 4);
+    for (int zoom = 0; zoom <= top; zoom++)
+        check_near(height_near(f, zoom, 47.5, 12.5), 900, zoom ? 1e-3 : 400);
+    check_near(height_near(f, 1, 47.5, 30), 500, 1e-3);
+    assert_true(isnan(height_near(f, top, 47.5, 9.5)));
+    assert_true(isnan(height_near(f, top, -30, 100)));
+    planet_file_close(&f);
+    assert_int_equal(
+        import_files("o.planet", 2, two_heights, (const char *[]){"fine.tif", "globe.tif"}), OK);
+    f = open_planet("o.planet");
+    for (int zoom = 0; zoom <= 1; zoom++) check_near(height_near(f, zoom, 47.5, 12.5), 500, 1e-3);
+    assert_true(isnan(height_near(f, top, 47.5, 12.5)));
+    planet_file_close(&f);
+    raster_spec beside = inset_at("beside.tif", 12, 50, 0.05, level_500);
+    write_raster(&beside);
+    for (int order = 0; order < 2; order++) {
+        const char *names[] = {order ? "beside.tif" : "fine.tif",
+                               order ? "fine.tif" : "beside.tif"};
+        assert_int_equal(import_files("o.planet", 2, two_heights, names), OK);
+        f = open_planet("o.planet");
+        check_near(height_near(f, top, 47.5, 11), 900, 1e-3);
+        check_near(height_near(f, top, 47.5, 14), order ? 900 : 500, 1e-3);
+        check_near(height_near(f, top, 47.5, 16), 500, 1e-3);
+        planet_file_close(&f);
+    }
+}
+
+static void test_bounds(void **state)
+{
+    (void)state;
+    write_raster(&globe);
+    import_source source = {LAYER_HEIGHT, in_dir("globe.tif")};
+    char out[512];
+    snprintf(out, sizeof out, "%s", in_dir("b.planet"));
+    import_params p = {.sources = &source,
+                       .source_count = 1,
+                       .output = out,
+                       .bounds_deg = {170, -10, -160, 20},
+                       .force = true};
+    assert_int_equal(import_run(&p), OK);
+    struct planet_file *f = open_planet("b.planet");
+    check_near(height_near(f, 1, 5, 175), 500, 1e-3);
+    check_near(height_near(f, 1, 5, -165), 500, 1e-3);
+    assert_true(isnan(height_near(f, 1, 5, -155)));
+    assert_true(isnan(height_near(f, 1, 25, 175)));
+    planet_file_close(&f);
+    static const double bad[][4] = {
+        {0, 10, 20, 5}, {0, -95, 20, 5}, {0, 0, 0, NAN}, {1e9, 0, 2, 5}};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        memcpy(p.bounds_deg, bad[i], sizeof bad[i]);
+        assert_int_equal(import_run(&p), ERR_ARGUMENT);
+    }
+}
+
+static void expect(status want, const char *name, const char *said)
+{
+    assert_int_equal(import_heights("x.planet", name), want);
+    if (!strstr(logged, name) || !strstr(logged, said)) fail_msg("logged: %s", logged);
+    assert_ptr_equal(strchr(logged, '\n'), logged + strlen(logged) - 1); // one line
+    assert_true(access(in_dir("x.planet"), F_OK) != 0);
+}
+
+static void test_bad_rasters(void **state)
+{
+    (void)state;
+    expect(ERR_NOT_FOUND, "none.tif", "cannot be opened");
+    FILE *text = fopen(in_dir("text.tif"), "w");
+    fputs("not a raster\n", text);
+    fclose(text);
+    expect(ERR_FORMAT, "text.tif", "cannot be opened");
+    raster_spec s = inset_at("one.tif", 10, 50, 0.05, level_500);
+    s.width = s.height = 1;
+    write_raster(&s);
+    expect(ERR_FORMAT, "one.tif", "1 x 1");
+    s = inset_at("nowhere.tif", 0, 0, 0, level_500);
+    write_raster(&s);
+    expect(ERR_ARGUMENT, "nowhere.tif", "georeference");
+    s = inset_at("nocrs.tif", 10, 50, 0.05, level_500);
+    s.crs = NULL;
+    write_raster(&s);
+    expect(ERR_ARGUMENT, "nocrs.tif", "reference system");
+    s = inset_at("off.tif", 10, 500, 0.05, level_500);
+    write_raster(&s);
+    expect(ERR_ARGUMENT, "off.tif", "not on the globe");
+    s = inset_at("complex.tif", 10, 50, 0.05, level_500);
+    s.type = GDT_CFloat32;
+    write_raster(&s);
+    expect(ERR_FORMAT, "complex.tif", "CFloat32");
+    s = inset_at("cut.tif", 10, 50, 0.05, rough);
+    write_raster(&s);
+    assert_int_equal(truncate(in_dir("cut.tif"), 20000), 0);
+    expect(ERR_FORMAT, "cut.tif", "cannot read rows");
+    s = inset_at("floatcolour.tif", 10, 50, 0.05, level_500);
+    write_raster(&s);
+    assert_int_equal(import_files("x.planet", 1, (enum tile_layer[]){LAYER_COLOR},
+                                  (const char *[]){"floatcolour.tif"}),
+                     ERR_FORMAT);
+    assert_int_equal(import_files("x.planet", 0, NULL, NULL), ERR_ARGUMENT);
+}
+
+static void test_output(void **state)
+{
+    (void)state;
+    write_raster(&globe);
+    import_source source = {LAYER_HEIGHT, in_dir("globe.tif")};
+    import_params p = {.sources = &source, .source_count = 1, .output = "there/is/none/x.planet"};
+    assert_int_equal(import_run(&p), ERR_IO);
+    p.output = test_dir;
+    assert_int_equal(import_run(&p), ERR_ARGUMENT);
+    char out[512];
+    snprintf(out, sizeof out, "%s", in_dir("out.planet"));
+    p.output = out;
+    assert_int_equal(import_run(&p), OK);
+    logged[0] = 0;
+    assert_int_equal(import_run(&p), ERR_ARGUMENT);
+    assert_non_null(strstr(logged, "exists already"));
+    p.force = true;
+    assert_int_equal(import_run(&p), OK);
+    assert_true(access(in_dir("out.planet.part"), F_OK) != 0);
+    struct planet_file *f = open_planet("out.planet");
+    assert_string_equal(planet_file_meta(f)->name, "out");
+    assert_true(planet_file_meta(f)->complete);
+    planet_file_close(&f);
+}
+
+// All tiles of both files are the same.
+static void compare_planets(const char *a, const char *b)
+{
+    struct planet_file *fa = open_planet(a), *fb = open_planet(b);
+    const struct planet_meta *ma = planet_file_meta(fa), *mb = planet_file_meta(fb);
+    assert_memory_equal(ma->max_zoom, mb->max_zoom, sizeof ma->max_zoom);
+    check_near(ma->height_min, mb->height_min, 0);
+    check_near(ma->height_max, mb->height_max, 0);
+    check_near(ma->synthesis_gain, mb->synthesis_gain, 0);
+    static float ha[TILE_SIZE * TILE_SIZE], hb[TILE_SIZE * TILE_SIZE];
+    static unsigned char pa[TILE_SIZE * TILE_SIZE * 3], pb[TILE_SIZE * TILE_SIZE * 3];
+    int tiles = 0;
+    for (int layer = LAYER_HEIGHT; layer <= LAYER_COLOR; layer++)
+        for (int zoom = 0; zoom <= ma->max_zoom[layer]; zoom++)
+            for (int row = 0; row < grid_rows(zoom); row++)
+                for (int col = 0; col < grid_cols(zoom, row); col++) {
+                    tile_id id = {(enum tile_layer)layer, zoom, row, col};
+                    status sa, sb;
+                    if (layer == LAYER_HEIGHT) {
+                        sa = planet_file_read_height(fa, id, ha);
+                        sb = planet_file_read_height(fb, id, hb);
+                        if (!sa) assert_memory_equal(ha, hb, sizeof ha);
+                    } else {
+                        sa = planet_file_read_pixels(fa, id, pa);
+                        sb = planet_file_read_pixels(fb, id, pb);
+                        if (!sa) assert_memory_equal(pa, pb, sizeof pa);
+                    }
+                    assert_int_equal(sa, sb);
+                    tiles += !sa;
+                }
+    assert_true(tiles > 100);
+    planet_file_close(&fa);
+    planet_file_close(&fb);
+}
+
+struct stopper {
+    int calls, stop_at;
+};
+
+static bool stop_later(void *user, const char *stage, double done)
+{
+    struct stopper *s = user;
+    assert_true(strlen(stage) > 0 && done >= 0 && done <= 1);
+    return ++s->calls >= s->stop_at;
+}
+
+static void set_up_large(import_params *p, import_source sources[2], const char *out)
+{
+    raster_spec s = globe;
+    s.width = 4096;
+    s.height = 2048;
+    s.value = rough;
+    s.transform[1] = 360.0 / 4096;
+    s.transform[5] = -180.0 / 2048;
+    s.name = "large.tif";
+    if (access(in_dir("large.tif"), F_OK)) write_raster(&s);
+    raster_spec c = globe;
+    c.type = GDT_Byte;
+    c.name = "grey.tif";
+    c.width = 1440;
+    c.height = 720;
+    c.transform[1] = 0.25;
+    c.transform[5] = -0.25;
+    c.value = rough;
+    if (access(in_dir("grey.tif"), F_OK)) write_raster(&c);
+    static char paths[2][512];
+    snprintf(paths[0], sizeof paths[0], "%s", in_dir("large.tif"));
+    snprintf(paths[1], sizeof paths[1], "%s", in_dir("grey.tif"));
+    sources[0] = (import_source){LAYER_HEIGHT, paths[0]};
+    sources[1] = (import_source){LAYER_COLOR, paths[1]};
+    *p = (import_params){
+        .sources = sources, .source_count = 2, .output = out, .name = "Rough", .threads = 2};
+}
+
+// Stopped by the caller, then gone on with; and killed outright, then gone on with: the same as in
+// one go, with any number of threads.
+static void test_resume(void **state)
+{
+    (void)state;
+    import_params p;
+    import_source sources[2];
+    char whole[512], halves[512];
+    snprintf(whole, sizeof whole, "%s", in_dir("whole.planet"));
+    snprintf(halves, sizeof halves, "%s", in_dir("halves.planet"));
+    set_up_large(&p, sources, whole);
+    assert_int_equal(import_run(&p), OK);
+    struct stopper stop = {0, 2};
+    p.output = halves;
+    p.progress = stop_later;
+    p.user = &stop;
+    p.threads = 1;
+    assert_int_equal(import_run(&p), ERR_CANCELLED);
+    assert_true(access(halves, F_OK) != 0);
+    assert_int_equal(access(in_dir("halves.planet.part"), F_OK), 0);
+    pid_t child = fork();
+    if (child == 0) {
+        p.resume = true;
+        p.progress = NULL;
+        (void)import_run(&p);
+        _exit(0);
+    }
+    usleep(400000);
+    kill(child, SIGKILL);
+    waitpid(child, NULL, 0);
+    p.resume = true;
+    p.threads = 3;
+    p.progress = NULL;
+    status s = access(halves, F_OK) == 0 ? OK : import_run(&p); // the child may have been quick
+    assert_int_equal(s, OK);
+    compare_planets("whole.planet", "halves.planet");
+    assert_true(access(in_dir("halves.planet.part"), F_OK) != 0);
+}
+
+// A part begun from other sources is not gone on with, and is not lost.
+static void test_resume_of_another(void **state)
+{
+    (void)state;
+    import_params p;
+    import_source sources[2];
+    char out[512];
+    snprintf(out, sizeof out, "%s", in_dir("another.planet"));
+    set_up_large(&p, sources, out);
+    struct stopper stop = {0, 1};
+    p.progress = stop_later;
+    p.user = &stop;
+    assert_int_equal(import_run(&p), ERR_CANCELLED);
+    p.source_count = 1;
+    p.resume = true;
+    assert_int_equal(import_run(&p), ERR_ARGUMENT);
+    assert_int_equal(access(in_dir("another.planet.part"), F_OK), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_overlay),     cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_bad_rasters), cmocka_unit_test(test_output),
+        cmocka_unit_test(test_resume),      cmocka_unit_test(test_resume_of_another),
+    };
+    return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
+}
