@@ -226,8 +226,8 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
     fill_view_block(v, &view);
     windows_fill_block(v->windows, &levels);
     frame_set_blocks(&v->frame, &view, &levels);
-    if (v->placed_dirty || windows_take_heights_changed(v->windows))
-        spherical_invalidate(v->spherical);
+    bool heights_changed = windows_take_heights_changed(v->windows);
+    if (v->placed_dirty || heights_changed) spherical_invalidate(v->spherical);
     v->placed_dirty = false;
 
     cell_view cells = projection_cell_view(p, m->height_min, m->height_max);

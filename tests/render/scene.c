@@ -19,7 +19,7 @@ perigee_planet *scene_planet(void)
     else {
         char own[64];
         snprintf(own, sizeof own, "analytic-%d.planet", (int)getpid());
-        assert_int_equal(analytic_planet_make(own, 5), 0);
+        assert_int_equal(analytic_planet_make(own, 4), 0);
         assert_int_equal(rename(own, path), 0);
     }
     perigee_planet *planet;
@@ -112,14 +112,13 @@ double scene_trace(const double o[3], const double d[3])
     return 0.5 * (low + high);
 }
 
-int scene_setup(void **state)
+int scene_open(void)
 {
-    (void)state;
-    return gpu_fixture_setup(state);
+    return gpu_fixture_open();
 }
 
-int scene_teardown(void **state)
+int scene_close(int failed)
 {
     gpu_target_deinit(&target);
-    return gpu_fixture_teardown(state);
+    return gpu_fixture_close(failed);
 }

@@ -7,7 +7,7 @@
 #include "check.h"
 
 #include "perigee.h"
-#include "planet/analytic_planet.h"
+#include "analytic_planet.h"
 
 enum { SCENE_WIDTH = 320, SCENE_HEIGHT = 240 };
 
@@ -33,8 +33,9 @@ void scene_geodetic(const double ecef[3], double *lat, double *lon, double *heig
 // then bisection.
 double scene_trace(const double origin[3], const double direction[3]);
 
-// cmocka group fixtures: the headless context. Exits 77 when there is no EGL.
-int scene_setup(void **state);
-int scene_teardown(void **state);
+// The headless context around a program's tests: 0, or the exit status to leave with (77: no EGL);
+// then the exit status.
+int scene_open(void);
+int scene_close(int failed);
 
 #endif

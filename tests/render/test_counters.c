@@ -128,5 +128,6 @@ int main(void)
         cmocka_unit_test(test_budget_and_memory),
         cmocka_unit_test(test_triangles_of_the_paper),
     };
-    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+    int rc = scene_open();
+    return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -40,6 +40,7 @@ static void test_threads_and_paths(void **state)
     perigee_planet *planet = scene_planet();
     perigee_view_params params = {.threads = 1};
     perigee_view *view = scene_view(planet, &params);
+    scene_render(view, &STOPS[0], SCENE_WIDTH, SCENE_HEIGHT); // binds a framebuffer
     for (int i = 0; i < STOP_COUNT; i++) shoot(view, &STOPS[i], first[i]);
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
@@ -73,5 +74,6 @@ static void test_threads_and_paths(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_threads_and_paths)};
-    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+    int rc = scene_open();
+    return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }

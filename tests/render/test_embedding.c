@@ -110,5 +110,6 @@ int main(void)
         cmocka_unit_test(test_impossible_values),
         cmocka_unit_test(test_missing_is_told),
     };
-    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+    int rc = scene_open();
+    return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }

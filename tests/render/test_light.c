@@ -93,5 +93,6 @@ int main(void)
         cmocka_unit_test(test_day_and_night),
         cmocka_unit_test(test_perpetual_day),
     };
-    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+    int rc = scene_open();
+    return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }

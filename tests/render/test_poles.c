@@ -98,5 +98,6 @@ int main(void)
         cmocka_unit_test(test_no_holes),
         cmocka_unit_test(test_longitude_at_the_pole_is_arbitrary),
     };
-    return cmocka_run_group_tests(tests, scene_setup, scene_teardown);
+    int rc = scene_open();
+    return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
