@@ -37,7 +37,6 @@ struct layer {
     int levels;
     GLuint texture;
     GLenum format, type;
-    size_t texel_bytes;
     struct shown shown[CLIPMAP_MAX_LEVELS];
 };
 
@@ -64,9 +63,10 @@ static GLuint make_array(GLenum format, const window_shape *shape, int levels, G
     return t;
 }
 
-static size_t array_bytes(const struct layer *l, size_t texel_bytes)
+// Bytes of a texture array of 4-byte texels.
+static size_t array_bytes(const window_shape *shape, int levels)
 {
-    return (size_t)l->shape.rows * (size_t)l->shape.cols * (size_t)l->levels * texel_bytes;
+    return (size_t)shape->rows * (size_t)shape->cols * (size_t)levels * 4;
 }
 
 static status create_layers(struct windows *w, const windows_params *p)
@@ -77,8 +77,8 @@ static status create_layers(struct windows *w, const windows_params *p)
                         .levels = p->levels,
                         .ring_bound =
                             fmax(w->ellipsoid.a / w->ellipsoid.b, w->ellipsoid.b / w->ellipsoid.a)};
-    w->height = (struct layer){
-        .shape = c.shape, .levels = c.levels, .format = GL_RED, .type = GL_FLOAT, .texel_bytes = 4};
+    w->height =
+        (struct layer){.shape = c.shape, .levels = c.levels, .format = GL_RED, .type = GL_FLOAT};
     status s = clipmap_create(p->pyramid, p->pool, &c, &w->height.clipmap);
     if (s) return s;
 
@@ -91,11 +91,8 @@ static status create_layers(struct windows *w, const windows_params *p)
     c.shape = WINDOW_COLOR;
     c.levels = wanted < p->levels ? wanted : p->levels;
     if (c.levels > MAX_COLOR_LEVELS) c.levels = MAX_COLOR_LEVELS;
-    w->color = (struct layer){.shape = c.shape,
-                              .levels = c.levels,
-                              .format = GL_RGBA,
-                              .type = GL_UNSIGNED_BYTE,
-                              .texel_bytes = 4};
+    w->color = (struct layer){
+        .shape = c.shape, .levels = c.levels, .format = GL_RGBA, .type = GL_UNSIGNED_BYTE};
     return clipmap_create(p->pyramid, p->pool, &c, &w->color.clipmap);
 }
 
@@ -105,9 +102,10 @@ static status create_textures(struct windows *w)
     }
     w->height.texture = make_array(GL_R32F, &w->height.shape, w->height.levels, GL_LINEAR);
     w->normals = make_array(GL_RG16_SNORM, &w->height.shape, w->height.levels, GL_NEAREST);
-    w->color.texture = make_array(GL_SRGB8_ALPHA8, &w->color.shape, w->color.levels, GL_LINEAR);
-    w->gpu_bytes =
-        array_bytes(&w->height, 4) + array_bytes(&w->height, 4) + array_bytes(&w->color, 4);
+    // Colour takes its memory whatever the planet's data, so that memory does not depend on them.
+    w->color.texture = make_array(GL_SRGB8_ALPHA8, &w->color.shape, MAX_COLOR_LEVELS, GL_LINEAR);
+    w->gpu_bytes = 2 * array_bytes(&w->height.shape, w->height.levels) +
+                   array_bytes(&w->color.shape, MAX_COLOR_LEVELS);
     if (glGetError() == GL_NO_ERROR) return OK;
     log_error("the GPU refused %zu MiB of textures for the terrain windows", w->gpu_bytes >> 20);
     return ERR_GPU;
