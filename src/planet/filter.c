@@ -146,10 +146,11 @@ static bool make_taps(struct work *w, double t0, int64_t line)
     double half = sin((t - t0) / 2), a = 4 * half * half, b = 4 * sin(t0) * sin(t);
     double scale = -0.5 / (FILTER_SIGMA * FILTER_SIGMA * step * step);
     double area = sin(t) * child_lon / step;
+    double rim = exp(scale * FILTER_REACH * FILTER_REACH * step * step);
     k->total = 0;
     for (int i = 0; i < k->count; i++) {
         double s = sin((double)(low + i - x0) * child_lon / 2);
-        k->weights[i] = (float)(area * exp(scale * (a + b * s * s)));
+        k->weights[i] = (float)(area * fmax(0, exp(scale * (a + b * s * s)) - rim));
         k->total += (double)k->weights[i];
     }
     return k->count > 0;

@@ -1,12 +1,16 @@
 // One zoom of the pyramid from the next finer one, by a filter that is circular on the ground
 // (Clasen & Hege 2006, 4.3).
 //
-// A parent sample is the weighted mean of the child samples whose great-circle chord to it is at
-// most FILTER_REACH parent rows, weight area * exp(-chord^2 / (2 (FILTER_SIGMA rows)^2)). Distance
+// A parent sample is the weighted mean of the child samples whose great-circle chord d to it is
+// less than FILTER_REACH parent rows; the weight is the child's area times
+// exp(-d^2 / (2 (FILTER_SIGMA rows)^2)) less the same at the rim, so that it ends at 0: standard
+// deviation 0.42 rows, 80 % passed at a quarter and 40 % at a half cycle a parent sample. Distance
 // is taken on the unit sphere of geodetic latitude, so the circle is round to the planet's
 // flattening. Tiles of any width, the antimeridian and the poles need no special case: across a
-// pole the same sum over whole rows of children holds. FILTER_SIGMA 0.45 passes 78 % at a quarter
-// and 37 % at a half cycle a parent sample. Pure. Any thread.
+// pole the same sum over whole rows of children holds.
+// Measured (tests/planet/test_filter.c): noise of 0.2 to 0.4 cycles a sample comes out with the
+// same rms within 0.4 % at the equator, 80 N, on the antimeridian and at the pole.
+// Pure. Any thread.
 #ifndef PERIGEE_PLANET_FILTER_H
 #define PERIGEE_PLANET_FILTER_H
 

@@ -65,6 +65,27 @@ static double columns_in_row(const raster_grid *g, tile_id id, int line)
     return grid_step_lat(id.zoom) / (g->dlon * cos(lat));
 }
 
+// Share of the average in a row whose width is that many columns; the rest is interpolation.
+static double average_share(double width)
+{
+    double t = clamp_double((width - 1) / 0.5, 0, 1);
+    return t * t * (3 - 2 * t);
+}
+
+// As source_row, for the row that is read. An average along a circle of latitude stands for the
+// centroid of its arc, which lies nearer to the pole by sinc^4(half the spline's spacing in
+// longitude); the circle that is read is wider by as much.
+static double read_row(const raster_grid *g, tile_id id, int line)
+{
+    double width = columns_in_row(g, id, line), spacing = SPREAD * width * g->dlon;
+    if (spacing < 1e-3) return source_row(g, id, line);
+    double half = fmin(spacing, M_PI / 2) / 2, sinc = sin(half) / half;
+    double widen = 1 / (sinc * sinc * sinc * sinc) - 1;
+    double lat = grid_lat(id.zoom, (int64_t)id.row * TILE_SIZE + line);
+    double moved = (M_PI / 2 - fabs(lat)) * widen * average_share(width);
+    return source_row(g, id, line) + copysign(moved, lat) / g->dlat;
+}
+
 // Raster column (unwrapped) of the tile's first sample, and raster columns in a tile step.
 static double source_column(const raster_grid *g, tile_id id, double shift, double *step)
 {
@@ -223,8 +244,7 @@ static float average(const float *column, int cols, double u, double h)
 static void resample_row(const struct window *w, const float *column, double u0, double step,
                          double width, float *out)
 {
-    double blend = clamp_double((width - 1) / 0.5, 0, 1);
-    float mix = (float)(blend * blend * (3 - 2 * blend));
+    float mix = (float)average_share(width);
     for (int i = 0; i < TILE_SIZE; i++) {
         double u = u0 + i * step;
         float v = 0;
@@ -248,8 +268,8 @@ static void plan_window(const raster_grid *g, tile_id id, struct window *w)
     w->grid = g;
     w->group = 1;
     while (narrow / w->group > GROUP_ABOVE && w->group < g->width / 64) w->group *= 2;
-    w->row0 = (int64_t)floor(source_row(g, id, w->first)) - 1;
-    w->rows = (int)((int64_t)floor(source_row(g, id, w->last)) + 2 - w->row0 + 1);
+    w->row0 = (int64_t)floor(read_row(g, id, w->first)) - 1;
+    w->rows = (int)((int64_t)floor(read_row(g, id, w->last)) + 2 - w->row0 + 1);
     // No kernel spans more than the full circle.
     double step, u0 = source_column(g, id, w->shift, &step);
     double reach = fmin(2 * SPREAD * wide, M_PI / g->dlon) + 3 * w->group;
@@ -273,7 +293,7 @@ static status resample_band(struct raster *raster, tile_id id, struct window *w,
     double widest = 2 * M_PI / g->dlon / w->group / (4 * SPREAD);
     for (int line = w->first; line <= w->last; line++) {
         double width = fmin(columns_in_row(g, id, line) / w->group, widest);
-        double v = source_row(g, id, line);
+        double v = read_row(g, id, line);
         for (int c = 0; c < g->channels; c++) {
             interpolate_rows(w, room->planes + (size_t)c * (size_t)w->rows * (size_t)w->cols, v,
                              column);
