@@ -1,7 +1,7 @@
 # The installed tree is complete and works: `cmake --install` into the build folder, the example built against it by CMake
 # and by pkg-config, run on a small planet that the installed program imports, and the symbols the library shows.
 set -euo pipefail
-root=$1 build=$2 cc=$3 sanitize=$4
+root=$1 build=$2 cc=$3 sanitize=${4:-}
 work=$build/install-test
 prefix=$work/prefix
 rm -rf "$work"
@@ -35,7 +35,7 @@ done
 # Exactly the functions of perigee.h are shown.
 nm -D --defined-only "$lib/libperigee.so" | awk '$2 ~ /[A-Z]/ && $3 !~ /^(_init|_fini)$/ {print $3}' | sort >shown
 grep -E '^PERIGEE_API' "$root/src/perigee.h" | grep -oE 'perigee_[a-z_]+\(' | tr -d '(' | sort >promised
-[[ -n ${sanitize} ]] || diff promised shown || fail "the library does not show what perigee.h promises"
+[[ -n $sanitize ]] || diff promised shown || fail "the library does not show what perigee.h promises"
 
 # A world of hills: 36 x 18 samples.
 {
