@@ -1,5 +1,15 @@
-// From any raster GDAL opens to a planet file: warp to the tile grid, pyramid by a filter circular in world space
-// (Clasen & Hege 2006, 4.3). Main only; workers inside.
+// From any raster GDAL opens to a planet file: warp to the tile grid, pyramid by a filter circular
+// in world space (Clasen & Hege 2006, 4.3). Main only; workers inside.
+//
+// Finest zoom of a source: the coarsest whose step of latitude is at most 1.1 of the source's own
+// sample distance in that direction, so that no detail is lost; for a source that is not in
+// longitude and latitude the median over the raster of the square root of a sample's area on the
+// ground stands for it. (2' on 1.32' of zoom 5, 8' on 5.27' of zoom 3.) Heights are taken as metres
+// above the planet's ellipsoid, whatever vertical datum the source has; band units of feet,
+// kilometres and the like are converted. Colour is bands 1 to 3 (RGB, a palette or one grey; 8 or
+// 16 bits), night one band or the luminance of three. No data: the band's no-data value, mask or
+// alpha, NaN and infinity. Two imports of the same sources and settings give the same tiles,
+// whatever the threads and interruptions.
 #ifndef PERIGEE_PLANET_IMPORT_H
 #define PERIGEE_PLANET_IMPORT_H
 
@@ -19,29 +29,35 @@ typedef struct import_params {
     geo_ellipsoid ellipsoid; // zero: WGS84
     double bounds_deg[4];    // west, south, east, north; all zero: everything the sources cover
     int threads;             // 0: one for each processor
-    bool resume;             // go on with the committed tiles of an interrupted import of the same sources
-    bool force;              // replace an existing output
-    // Called on the calling thread, a few times a second; return true to stop (what is committed stays). May be NULL.
+    bool resume; // go on with the committed tiles of an interrupted import of the same sources
+    bool force;  // replace an existing output
+    // Called on the calling thread, a few times a second; return true to stop (what is committed
+    // stays). May be NULL.
     bool (*progress)(void *user, const char *stage, double done);
     void *user;
 } import_params;
 
-// Makes params->output by way of output.part, renamed when complete. ERR_CANCELLED leaves output.part for `resume`.
+// Makes params->output by way of output.part, renamed when complete. ERR_CANCELLED leaves
+// output.part for `resume`.
 status import_run(const import_params *params);
 
 typedef struct import_earth_params {
-    const char *atlas_dir;   // NULL: where Debian's marble-qt-data puts its maps (/usr/share/marble/data/maps)
-    const char *relief_csv;  // NULL: the installed atlas-relief-metres.csv
+    const char *atlas_dir;  // NULL: where Debian's marble-qt-data puts its maps
+                            // (/usr/share/marble/data/maps)
+    const char *relief_csv; // NULL: the installed atlas-relief-metres.csv
     const char *output;
     int threads;
-    bool bathymetry;         // false: the sea connected to the ocean is laid at 0
+    bool bathymetry; // false: the sea connected to the ocean is laid at 0
     bool force, resume;
     bool (*progress)(void *user, const char *stage, double done);
     void *user;
 } import_earth_params;
 
-// The default Earth from the atlas: grey levels to metres, de-banded within each grey's interval, the sea laid flat,
-// Blue Marble colour, city lights; then import_run.
+// The default Earth from the atlas: grey levels to metres, de-banded within each grey's interval
+// (atlas.h), the sea laid flat, Blue Marble colour, city lights; then the import proper. Its
+// heights are above mean sea level and are taken as heights above the ellipsoid: the geoid's -107
+// to 85 m are left out, so that the sea is at 0 everywhere. How far it is from the truth:
+// tests/planet/test_import_earth.c, against data/spot-heights.csv.
 status import_earth(const import_earth_params *params);
 
 #endif
