@@ -8,6 +8,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/pool.h"
+#include "base/vec.h"
 
 // Codes: a grey, or that grey where it stands above (PEAK) or below (PIT) all its eight neighbours,
 // or flat sea.
@@ -15,7 +16,7 @@ enum { PEAK = 256, PIT = 512, SEA = 768, CODES = 769, BAND_ROWS = 64 };
 
 // Distances, in samples, at which the passes average; wide bands of one grey need the wide ones
 // first.
-static const int distances[] = {8, 4, 2, 1, 1};
+static const int distances[] = {16, 8, 4, 2, 1, 1};
 enum { PASSES = sizeof distances / sizeof *distances };
 
 struct heights {
@@ -100,25 +101,35 @@ static const float *row_at(const struct heights *h, int y)
     return h->from + (size_t)y * (size_t)h->params.width;
 }
 
-// (-1 4 10 4 -1)/16 in both directions at the pass's distance, which leaves cubic slopes and
-// summits as they are and takes the finest steps away; held in the interval. `line` has room for
-// width + 4 distances.
+// Columns as far apart on the ground as `distance` rows, at most a sixteenth of the circle.
+static int columns_apart(const struct heights *h, int y)
+{
+    double from_equator = fabs((y + 0.5) / h->params.height - 0.5) * M_PI;
+    double columns = round(h->distance / cos(from_equator));
+    int most = h->params.width / 16;
+    return columns < most ? (int)columns : most;
+}
+
+// (-1 4 10 4 -1)/16 in both directions at the pass's distance on the ground, which leaves cubic
+// slopes and summits as they are and takes the finest steps away; held in the interval. `line` has
+// room for 5/4 of a row.
 static void smooth_row(const struct heights *h, int y, float *line)
 {
-    int width = h->params.width, d = h->distance;
+    int width = h->params.width, d = h->distance, dx = columns_apart(h, y);
     const float *a = row_at(h, y - 2 * d), *b = row_at(h, y - d), *c = row_at(h, y);
     const float *e = row_at(h, y + d), *f = row_at(h, y + 2 * d);
-    float *sums = line + 2 * d;
+    float *sums = line + 2 * dx;
     for (int x = 0; x < width; x++) sums[x] = blend(a[x], b[x], c[x], e[x], f[x]);
-    for (int x = 0; x < 2 * d; x++) {
-        sums[-1 - x] = sums[width - 1 - x % width];
-        sums[width + x] = sums[x % width];
+    for (int x = 0; x < 2 * dx; x++) {
+        sums[-1 - x] = sums[width - 1 - x];
+        sums[width + x] = sums[x];
     }
     const uint16_t *code = h->codes + (size_t)y * (size_t)width;
     float *to = h->to + (size_t)y * (size_t)width;
     for (int x = 0; x < width; x++)
-        to[x] = hold(h, code[x],
-                     blend(sums[x - 2 * d], sums[x - d], sums[x], sums[x + d], sums[x + 2 * d]));
+        to[x] =
+            hold(h, code[x],
+                 blend(sums[x - 2 * dx], sums[x - dx], sums[x], sums[x + dx], sums[x + 2 * dx]));
 }
 
 static void smooth_band(void *arg, int worker)
@@ -126,7 +137,7 @@ static void smooth_band(void *arg, int worker)
     (void)worker;
     struct band *b = arg;
     struct heights *h = b->heights;
-    float *line = NEW_ARRAY(float, (size_t)(h->params.width + 4 * h->distance));
+    float *line = NEW_ARRAY(float, (size_t)h->params.width * 5 / 4 + 4);
     for (int y = b->row; y < b->row + BAND_ROWS && y < h->params.height; y++)
         smooth_row(h, y, line);
     free(line);

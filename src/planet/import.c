@@ -16,6 +16,7 @@
 #include "base/pool.h"
 #include "planet/import_inputs.h"
 #include "planet/import_tile.h"
+#include "planet/synthesis.h"
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
@@ -292,6 +293,15 @@ static void fill_meta(const struct import *im, struct planet_meta *meta)
     if (p->attribution) snprintf(meta->attribution, sizeof meta->attribution, "%s", p->attribution);
 }
 
+static int finest_zoom(const struct import *im, enum tile_layer layer)
+{
+    int finest = -1;
+    for (int i = 0; i < im->count; i++)
+        if (im->inputs[i].source.layer == layer && im->grids[i].zoom > finest)
+            finest = im->grids[i].zoom;
+    return finest;
+}
+
 static status make_all(struct import *im)
 {
     status s = OK;
@@ -305,6 +315,9 @@ static status make_all(struct import *im)
     }
     struct planet_meta meta;
     fill_meta(im, &meta);
+    if (!s)
+        s = synthesis_measure_gain(im->writer, finest_zoom(im, LAYER_HEIGHT), im->ellipsoid.a,
+                                   &meta.synthesis_gain);
     return s ? s : planet_writer_finish(im->writer, &meta);
 }
 

@@ -43,4 +43,9 @@ status planet_file_read_pixels(struct planet_file *file, tile_id id, unsigned ch
 // Smallest and greatest height stored in a tile (and so in its descendants' stored data). ERR_NOT_FOUND as above.
 status planet_file_read_range(struct planet_file *file, tile_id id, float *min, float *max);
 
+// Calls `each` for every stored tile of a layer, coarse to fine, rows from the north, columns from the west. Rows of the
+// table that name no tile of the grid are left out. Any thread.
+status planet_file_list(struct planet_file *file, enum tile_layer layer, void (*each)(void *user, tile_id id),
+                        void *user);
+
 #endif
