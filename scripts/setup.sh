@@ -29,7 +29,7 @@ package_names() {
 missing_packages() {
     local name
     for name in "$@"; do
-        [[ $(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null) == *installed* ]] ||
+        dpkg-query -W -f='${db:Status-Status}\n' "$name" 2>/dev/null | grep -qx installed ||
             printf '%s\n' "$name"
     done
 }

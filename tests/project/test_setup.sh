@@ -37,7 +37,7 @@ set_up() {
 mkdir -p "$work/bin" "$work/tree/src" "$work/build"
 printf '# a note\none\ntwo # why\n\nthree\n' >"$work/list"
 : >"$work/installed"
-stand_in dpkg-query 'grep -qx "${@: -1}" "$WORK/installed" && echo installed'
+stand_in dpkg-query 'grep -qx "${@: -1}" "$WORK/installed" && echo installed || echo not-installed'
 stand_in apt-get 'echo "apt-get $*" >>"$WORK/done"
     [[ " $* " != *" install "* ]] || printf "%s\n" "$@" >>"$WORK/installed"'
 stand_in sudo 'echo "sudo $1" >>"$WORK/done"; [[ $1 == -v ]] || exec "$@"'
