@@ -4,10 +4,12 @@
 // A grey g stands for the interval between the midpoints from its metres to its neighbours' in the
 // table; 96 and below end at 0, 97 and above begin there. The heights are the smoothest found
 // inside these intervals, so that steps between greys vanish on slopes and plains while coasts stay
-// where they are; a grey above its eight neighbours keeps at least its table value (summits), one
-// below them at most (pits). The greys passed through JPEG: they are off by one or two, so the true
-// height often lies in a neighbour's interval. The result bounds the distance to the data that is
-// there, not to the truth; tests/planet/test_import_earth.c measures the latter.
+// where they are; a summit keeps at least its table value, a pit at most: a grey above (below) its
+// eight neighbours and by two greys above (below) their mean.
+// The greys passed through JPEG: they are off by one or two, so the true height often lies in a
+// neighbour's interval (of a 2' relief of another make only 20 to 35 % of the samples lie in their
+// own grey's). The result bounds the distance to the data that is there, not to the truth, which
+// tests/planet/test_import_earth.c measures.
 #ifndef PERIGEE_PLANET_ATLAS_H
 #define PERIGEE_PLANET_ATLAS_H
 

@@ -10,9 +10,10 @@
 #include "base/pool.h"
 #include "base/vec.h"
 
-// Codes: a grey, or that grey where it stands above (PEAK) or below (PIT) all its eight neighbours,
-// or flat sea.
-enum { PEAK = 256, PIT = 512, SEA = 768, CODES = 769, BAND_ROWS = 64 };
+// Codes: a grey, or that grey where it is a summit (PEAK) or a pit (PIT), or flat sea. STANDS_OUT:
+// greys by which those differ from the mean of their eight neighbours; JPEG makes lesser ones of
+// its own.
+enum { PEAK = 256, PIT = 512, SEA = 768, CODES = 769, BAND_ROWS = 64, STANDS_OUT = 2 };
 
 // Distances, in samples, at which the passes average; wide bands of one grey need the wide ones
 // first.
@@ -52,7 +53,7 @@ static uint16_t code_of(const struct heights *h, int x, int y)
     int width = h->params.width, height = h->params.height;
     size_t at = (size_t)y * (size_t)width + (size_t)x;
     if (h->params.sea && h->params.sea[at]) return SEA;
-    int g = h->params.greys[at], higher = 0, lower = 0;
+    int g = h->params.greys[at], higher = 0, lower = 0, sum = 0;
     for (int dy = -1; dy <= 1; dy++) {
         int ny = y + dy;
         if (ny < 0 || ny >= height) continue;
@@ -61,9 +62,12 @@ static uint16_t code_of(const struct heights *h, int x, int y)
             int n = h->params.greys[(size_t)ny * (size_t)width + (size_t)nx];
             higher += n > g;
             lower += n < g;
+            sum += n - g;
         }
     }
-    return (uint16_t)(lower == 8 ? PEAK + g : higher == 8 ? PIT + g : g);
+    if (lower == 8 && sum <= -8 * STANDS_OUT) return (uint16_t)(PEAK + g);
+    if (higher == 8 && sum >= 8 * STANDS_OUT) return (uint16_t)(PIT + g);
+    return (uint16_t)g;
 }
 
 static void start_band(void *arg, int worker)

@@ -118,7 +118,8 @@ enum { W = 512, H = 256 };
 
 static double hills(int x, int y)
 {
-    return 300 * sin(2 * M_PI * x / W) * sin(M_PI * y / H) + 150 * sin(4 * M_PI * x / W + 1) + 40;
+    double round_pole = pow(sin(M_PI * (y + 0.5) / H), 2);
+    return round_pole * (300 * sin(2 * M_PI * x / W) + 150 * sin(4 * M_PI * x / W + 1)) + 47;
 }
 
 static void test_heights(void **state)
@@ -141,8 +142,8 @@ static void test_heights(void **state)
     table_error = sqrt(table_error / (W * H));
     error = sqrt(error / (W * H));
     print_message("rms error of the table %.2f m, de-banded %.2f m\n", table_error, error);
-    check_near(table_error, 20 / sqrt(12), 0.3);
-    assert_true(error < 0.35 * table_error);
+    check_near(table_error, 20 / sqrt(12), 0.5);
+    assert_true(error < 0.2 * table_error); // measured 0.73 of 5.58 m
     // Nothing special where left meets right.
     for (int y = 0; y < H; y++)
         check_near(heights[y * W] - heights[y * W + W - 1], heights[y * W + 1] - heights[y * W], 4);
