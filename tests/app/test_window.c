@@ -117,9 +117,9 @@ static void answers_mouse_and_keyboard(void **state)
     double begin = seconds();
     assert_int_equal(window_run(&p), 0);
     double took = seconds() - begin;
-    int status = -1;
-    waitpid(hand, &status, 0);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    int result = -1;
+    waitpid(hand, &result, 0);
+    assert_true(WIFEXITED(result) && WEXITSTATUS(result) == 0);
     print_message("closed by Esc after %.1f s\n", took);
     assert_true(took < 55);
     struct stat shot;
