@@ -293,15 +293,6 @@ static void fill_meta(const struct import *im, struct planet_meta *meta)
     if (p->attribution) snprintf(meta->attribution, sizeof meta->attribution, "%s", p->attribution);
 }
 
-static int finest_zoom(const struct import *im, enum tile_layer layer)
-{
-    int finest = -1;
-    for (int i = 0; i < im->count; i++)
-        if (im->inputs[i].source.layer == layer && im->grids[i].zoom > finest)
-            finest = im->grids[i].zoom;
-    return finest;
-}
-
 static status make_all(struct import *im)
 {
     status s = OK;
@@ -315,9 +306,7 @@ static status make_all(struct import *im)
     }
     struct planet_meta meta;
     fill_meta(im, &meta);
-    if (!s)
-        s = synthesis_measure_gain(im->writer, finest_zoom(im, LAYER_HEIGHT), im->ellipsoid.a,
-                                   &meta.synthesis_gain);
+    if (!s) s = planet_measure_gain(im->writer, &meta.synthesis_gain);
     return s ? s : planet_writer_finish(im->writer, &meta);
 }
 
