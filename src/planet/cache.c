@@ -16,8 +16,8 @@ struct entry {
     void *samples;
     enum entry_state state;
     int holders;
-    struct entry *chain;          // same bucket
-    struct entry *newer, *older;  // among those nobody holds
+    struct entry *chain;         // same bucket
+    struct entry *newer, *older; // among those nobody holds
 };
 
 struct cache {

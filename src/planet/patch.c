@@ -25,7 +25,7 @@ static int64_t wrap(int64_t x, int64_t period)
     return r < 0 ? r + period : r;
 }
 
-static status fetch_span(const patch *p, const struct span *s, patch_fetch fetch, void *user,
+static status fetch_span(const struct patch *p, const struct span *s, patch_fetch fetch, void *user,
                          float *out, int stride)
 {
     int64_t period = (int64_t)TILE_SIZE * grid_cols(s->zoom, s->tile_row);
@@ -33,9 +33,13 @@ static status fetch_span(const patch *p, const struct span *s, patch_fetch fetch
         int64_t x = wrap(s->west + done, period);
         int col = (int)(x % TILE_SIZE), left = s->cols - done;
         int n = TILE_SIZE - col < left ? TILE_SIZE - col : left;
-        patch_block block = {
-            {p->child.layer, s->zoom, s->tile_row, (int)(x / TILE_SIZE)}, s->row, s->rows, col, n,
-            out + (size_t)done * p->channels, stride};
+        patch_block block = {{p->child.layer, s->zoom, s->tile_row, (int)(x / TILE_SIZE)},
+                             s->row,
+                             s->rows,
+                             col,
+                             n,
+                             out + (size_t)done * p->channels,
+                             stride};
         status st = fetch(user, &block);
         if (st) return st;
         done += n;
@@ -55,7 +59,7 @@ static void shrink(const float *src, int channels, int cols, float *out)
 }
 
 // A band whose tiles have another width than the patch's. At most PATCH_MARGIN rows.
-static status fetch_resampled(const patch *p, struct span s, bool narrow, patch_fetch fetch,
+static status fetch_resampled(const struct patch *p, struct span s, bool narrow, patch_fetch fetch,
                               void *user, float *out)
 {
     float band[PATCH_MARGIN * BAND_MAX_COLS * BAND_MAX_CHANNELS];
@@ -74,7 +78,7 @@ static status fetch_resampled(const patch *p, struct span s, bool narrow, patch_
 }
 
 // Patch rows [first, first + rows), which lie in one tile row or all beyond one pole.
-static status fill_band(patch *p, int first, int rows, patch_fetch fetch, void *user)
+static status fill_band(struct patch *p, int first, int rows, patch_fetch fetch, void *user)
 {
     int zoom = p->child.zoom - 1, half = TILE_SIZE / 2;
     int parent_row = p->child.row / 2;
@@ -83,14 +87,18 @@ static status fill_band(patch *p, int first, int rows, patch_fetch fetch, void *
     int stride = p->cols * p->channels;
     float *out = p->data + (size_t)first * stride;
     bool beyond = global < 0 || global > last_row;
-    int64_t top = global < 0 ? -global - rows : global > last_row ? 2 * last_row + 2 - global - rows : global;
+    int64_t top = global < 0          ? -global - rows
+                  : global > last_row ? 2 * last_row + 2 - global - rows
+                                      : global;
     struct span s = {zoom, (int)(top / TILE_SIZE), (int)(top % TILE_SIZE), rows, 0, p->cols};
     s.west = (int64_t)TILE_SIZE / p->lon_factor * p->child.col - PATCH_MARGIN;
     int width = grid_coalesce(zoom, s.tile_row), parent_width = grid_coalesce(zoom, parent_row);
     if (beyond) s.west += (int64_t)TILE_SIZE * grid_cols(zoom, s.tile_row) / 2;
-    status st = width == parent_width ? fetch_span(p, &s, fetch, user, out, stride)
-                                      : fetch_resampled(p, s, width < parent_width, fetch, user, out);
-    for (int r = 0; !st && beyond && r < rows / 2; r++) // fetched southwards, but beyond a pole rows run back
+    status st = width == parent_width
+                    ? fetch_span(p, &s, fetch, user, out, stride)
+                    : fetch_resampled(p, s, width < parent_width, fetch, user, out);
+    for (int r = 0; !st && beyond && r < rows / 2;
+         r++) // fetched southwards, but beyond a pole rows run back
         for (int i = 0; i < stride; i++) {
             float *a = out + r * stride + i, *b = out + (rows - 1 - r) * stride + i, t = *a;
             *a = *b;
@@ -99,18 +107,18 @@ static status fill_band(patch *p, int first, int rows, patch_fetch fetch, void *
     return st;
 }
 
-status patch_init(patch *p, tile_id child, int channels, patch_fetch fetch, void *user)
+status patch_init(struct patch *p, tile_id child, int channels, patch_fetch fetch, void *user)
 {
     assert(child.zoom > 0 && (channels == 1 || channels == 4));
     int parent_width = grid_coalesce(child.zoom - 1, child.row / 2);
-    *p = (patch){.child = child, .channels = channels};
+    *p = (struct patch){.child = child, .channels = channels};
     p->lon_factor = 2 * parent_width / grid_coalesce(child.zoom, child.row);
     assert(p->lon_factor == 1 || p->lon_factor == 2);
     p->cols = TILE_SIZE / p->lon_factor + 2 * PATCH_MARGIN;
     p->data = malloc(sizeof(float) * PATCH_ROWS * p->cols * channels);
     if (!p->data) return ERR_MEMORY;
-    // The northern child's two first rows lie in the tile row before, the southern one's last two in
-    // the tile row after.
+    // The northern child's two first rows lie in the tile row before, the southern one's last two
+    // in the tile row after.
     int split = child.row % 2 == 0 ? PATCH_MARGIN : PATCH_ROWS - PATCH_MARGIN;
     status s = fill_band(p, 0, split, fetch, user);
     if (!s) s = fill_band(p, split, PATCH_ROWS - split, fetch, user);
@@ -118,8 +126,8 @@ status patch_init(patch *p, tile_id child, int channels, patch_fetch fetch, void
     return s;
 }
 
-void patch_deinit(patch *p)
+void patch_deinit(struct patch *p)
 {
     free(p->data);
-    *p = (patch){0};
+    *p = (struct patch){0};
 }

@@ -19,13 +19,13 @@ enum {
 
 // Row-major, `channels` floats a sample. Row 0, column 0 is PATCH_MARGIN samples north and west of
 // the first sample under the child's north-west corner.
-typedef struct patch {
+struct patch {
     tile_id child;
     int channels;   // 1 or 4
     int lon_factor; // child samples to one parent sample in longitude: 2, or 1
     int cols;       // TILE_SIZE / lon_factor + 2 PATCH_MARGIN
     float *data;    // PATCH_ROWS x cols x channels
-} patch;
+};
 
 // Copies a block of one tile: rows [row, row + rows), columns [col, col + cols) to `out`, `stride`
 // floats a row.
@@ -40,7 +40,7 @@ typedef struct patch_block {
 typedef status (*patch_fetch)(void *user, const patch_block *block);
 
 // Needs child.zoom > 0. ERR_MEMORY, or what fetch returned. Free with patch_deinit.
-status patch_init(patch *p, tile_id child, int channels, patch_fetch fetch, void *user);
-void patch_deinit(patch *p);
+status patch_init(struct patch *p, tile_id child, int channels, patch_fetch fetch, void *user);
+void patch_deinit(struct patch *p);
 
 #endif

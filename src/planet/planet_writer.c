@@ -220,15 +220,43 @@ status planet_writer_commit(struct planet_writer *w)
     return store_exec(w->db, w->path, "BEGIN IMMEDIATE");
 }
 
+int planet_writer_max_zoom(struct planet_writer *w, enum tile_layer layer)
+{
+    char sql[96];
+    int zoom = -1;
+    snprintf(sql, sizeof sql, "SELECT ifnull(max(zoom), -1) FROM tile WHERE layer = %d", layer);
+    return store_query_int(w->db, w->path, sql, &zoom) ? -1 : zoom;
+}
+
+status planet_writer_sample(struct planet_writer *w, enum tile_layer layer, int zoom, int limit,
+                            tile_id *ids, int *count)
+{
+    *count = 0;
+    char sql[128];
+    int total = 0;
+    snprintf(sql, sizeof sql, "SELECT count(*) FROM tile WHERE layer = %d AND zoom = %d", layer,
+             zoom);
+    status s = store_query_int(w->db, w->path, sql, &total);
+    if (s) return s;
+    sqlite3_stmt *stmt;
+    snprintf(sql, sizeof sql, "SELECT row, col FROM tile WHERE layer = %d AND zoom = %d", layer,
+             zoom);
+    s = store_prepare(w->db, w->path, sql, &stmt);
+    int every = (total + limit - 1) / limit, code = SQLITE_DONE;
+    for (int i = 0; !s && (code = sqlite3_step(stmt)) == SQLITE_ROW; i++)
+        if (i % every == every / 2)
+            ids[(*count)++] =
+                (tile_id){layer, zoom, sqlite3_column_int(stmt, 0), sqlite3_column_int(stmt, 1)};
+    if (!s && code != SQLITE_DONE) s = store_error(w->db, w->path);
+    sqlite3_finalize(stmt);
+    return s;
+}
+
 // What the tiles themselves say: finest zoom of each layer, and the range of all heights.
 static status measure_tiles(struct planet_writer *w, struct planet_meta *m)
 {
-    for (int layer = 0; layer < LAYER_COUNT; layer++) {
-        char sql[96];
-        snprintf(sql, sizeof sql, "SELECT ifnull(max(zoom), -1) FROM tile WHERE layer = %d", layer);
-        status s = store_query_int(w->db, w->path, sql, &m->max_zoom[layer]);
-        if (s) return s;
-    }
+    for (int layer = 0; layer < LAYER_COUNT; layer++)
+        m->max_zoom[layer] = planet_writer_max_zoom(w, (enum tile_layer)layer);
     sqlite3_stmt *stmt;
     status s = store_prepare(w->db, w->path,
                              "SELECT ifnull(min(min), 0), ifnull(max(max), 0) FROM tile"

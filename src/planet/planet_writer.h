@@ -23,6 +23,13 @@ status planet_writer_put(struct planet_writer *writer, tile_id id, const codec_b
 // Reads back a stored body (committed or pending); ERR_NOT_FOUND silently. Free with codec_blob_deinit.
 status planet_writer_get(struct planet_writer *writer, tile_id id, codec_blob *body);
 
+// Finest zoom with a tile of the layer, committed or pending; -1 when there is none.
+int planet_writer_max_zoom(struct planet_writer *writer, enum tile_layer layer);
+
+// Up to `limit` tiles of one layer and zoom, evenly spread over all there are.
+status planet_writer_sample(struct planet_writer *writer, enum tile_layer layer, int zoom, int limit, tile_id *ids,
+                            int *count);
+
 // Makes what was put durable; call every second or so.
 status planet_writer_commit(struct planet_writer *writer);
 

@@ -1,34 +1,43 @@
-// Deterministic fractal detail below the data, in the terrain's own statistics (Losasso & Hoppe
-// 2004, section 8): what one zoom adds to its upsampled parent is band-limited noise, its strength
-// a share (`gain`) of the parent's local relief. The noise is a function of place and zoom alone
-// (gradient noise on the unit sphere), so neighbouring tiles agree and the antimeridian and the
-// poles are ordinary ground; flat water has no relief and stays flat. Any thread.
+// Fractal detail below the data: what one zoom adds to the upsampled zoom before it. It is noise,
+// one octave a zoom, times the local relief of the parent, and depends on place and zoom only.
 #ifndef PERIGEE_PLANET_SYNTHESIS_H
 #define PERIGEE_PLANET_SYNTHESIS_H
 
 #include "planet/patch.h"
 #include "planet/planet_writer.h"
 
-// The residual of a child tile: row-major 256 x 256 metres to be added to the upsampled heights; 0
-// where `flat`. radius: of the planet, m. relief saturates at a slope of SYNTHESIS_MAX_SLOPE, so
-// that detail upon detail stays terrain.
-void synthesis_residual(const patch *p, double gain, double radius, const bool *flat,
-                        float *residual);
+// Range of the gain that an import measures, and that synthesis uses at the first zoom below the
+// data.
+#define SYNTHESIS_GAIN_MIN 0.02
+#define SYNTHESIS_GAIN_MAX 0.6
 
-// Local relief of the patch's samples: greatest less smallest of the 3 x 3 around each, saturated;
-// PATCH_ROWS x p->cols, its outermost ring undefined.
-void synthesis_relief(const patch *p, double radius, float *relief);
+// Directions of a tile's sample columns; the same for all its rows.
+typedef struct synthesis_columns {
+    double cos_lon[TILE_SIZE], sin_lon[TILE_SIZE];
+} synthesis_columns;
 
-// Unit-rms gradient noise at a point of the unit sphere, for the samples of a zoom: exposed for its
-// test.
-float synthesis_noise(double x, double y, double z, int zoom);
+void synthesis_columns_init(synthesis_columns *columns, tile_id id);
 
-// rms of what the finest zooms' tiles add to their upsampled parents, as a share of rms relief,
-// over a spread of at most 200 tiles with relief; held within [0.02, 0.08]: beyond that, slopes
-// would grow more than threefold over 14 zooms. 0.05 when nothing can be measured.
-status synthesis_measure_gain(struct planet_writer *writer, int max_zoom, double radius,
-                              double *gain);
+// Gradient noise on the unit sphere of geodetic latitude, mean 0, rms 1, of a cell twice the sample
+// spacing of `zoom` in latitude; one row of a tile at latitude `lat`. C1.
+//   error   rms and mean within 0.03 of 1 and 0 over a tile row (tests/planet/test_synthesis.c)
+//   source  Perlin 1985, "An image synthesizer", with hashed lattice gradients
+void synthesis_noise_row(const synthesis_columns *columns, int zoom, double lat,
+                         float out[TILE_SIZE]);
 
-#define SYNTHESIS_MAX_SLOPE 0.8
+// Local relief of a height patch: rms difference of neighbouring samples over 3 x 3 of them, in
+// metres a sample of the latitude spacing; 0 exactly where they are equal. `relief` has the patch's
+// shape; its outermost rows and columns are 0 and not meant.
+void synthesis_relief(const struct patch *p, float *relief);
+
+// Relief to amplitude of the residual, in place, for the child of the patch. `gain` is
+// planet_meta.synthesis_gain, `data_zoom` the finest zoom of all data, `radius` in metres.
+void synthesis_amplitude(const struct patch *p, double gain, int data_zoom, double radius,
+                         float *relief);
+
+// Measures planet_meta.synthesis_gain on the finest three zooms of heights: rms of what tiles hold
+// beyond their upsampled parents, over the rms of the parents' relief, within the range above; 0
+// where there is nothing to measure. Reads at most 64 tiles a zoom and their parents.
+status planet_measure_gain(struct planet_writer *writer, double *gain);
 
 #endif

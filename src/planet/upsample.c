@@ -33,7 +33,7 @@ static int first_tap(int row)
 }
 
 // One row of the child in latitude, still in the patch's columns.
-static void interpolate_rows(const patch *p, int row, float *restrict out)
+static void interpolate_rows(const struct patch *p, int row, float *restrict out)
 {
     int n = p->cols * p->channels;
     const float *s = p->data + (size_t)first_tap(row) * n;
@@ -45,13 +45,14 @@ static void interpolate_rows(const patch *p, int row, float *restrict out)
 static void interpolate_columns(const float *restrict s, float *restrict out)
 {
     for (int k = 0; k < TILE_SIZE / 2; k++) {
-        out[2 * k] = before[0] * s[k] + before[1] * s[k + 1] + before[2] * s[k + 2] + before[3] * s[k + 3];
+        out[2 * k] =
+            before[0] * s[k] + before[1] * s[k + 1] + before[2] * s[k + 2] + before[3] * s[k + 3];
         out[2 * k + 1] =
             after[0] * s[k + 1] + after[1] * s[k + 2] + after[2] * s[k + 3] + after[3] * s[k + 4];
     }
 }
 
-static void keep_flat(const patch *p, int row, float *restrict out, bool *restrict flat)
+static void keep_flat(const struct patch *p, int row, float *restrict out, bool *restrict flat)
 {
     const float *a = p->data + (size_t)(first_tap(row) + 1) * p->cols, *b = a + p->cols;
     if (p->lon_factor == 1) {
@@ -71,7 +72,7 @@ static void keep_flat(const patch *p, int row, float *restrict out, bool *restri
     }
 }
 
-void upsample_height_row(const patch *p, int row, float out[TILE_SIZE], bool flat[TILE_SIZE])
+void upsample_height_row(const struct patch *p, int row, float out[TILE_SIZE], bool flat[TILE_SIZE])
 {
     float rows[ROW_FLOATS];
     bool unused[TILE_SIZE];
@@ -82,7 +83,7 @@ void upsample_height_row(const patch *p, int row, float out[TILE_SIZE], bool fla
     keep_flat(p, row, out, flat ? flat : unused);
 }
 
-void upsample_linear_row(const patch *p, const float *field, int row, float out[TILE_SIZE])
+void upsample_linear_row(const struct patch *p, const float *field, int row, float out[TILE_SIZE])
 {
     float rows[ROW_FLOATS];
     const float *a = field + (size_t)(first_tap(row) + 1) * p->cols, *b = a + p->cols;
@@ -103,7 +104,7 @@ static uint8_t to_byte(float v)
     return v <= 0.0f ? 0 : v >= 255.0f ? 255 : (uint8_t)(v + 0.5f);
 }
 
-void upsample_rgba(const patch *p, uint8_t *out)
+void upsample_rgba(const struct patch *p, uint8_t *out)
 {
     float rows[ROW_FLOATS], fine[TILE_SIZE * MAX_CHANNELS];
     assert(p->channels == MAX_CHANNELS);

@@ -15,12 +15,13 @@ void upsample_row(const float *src, int channels, int odd, int cols, float *out)
 // Heights of row `row` of the child. A child sample within four equal parent samples (two, where
 // the grids share their longitudes) has exactly their height, so that flat water stays flat up to
 // the shore; flat[i] says where, if flat is not NULL.
-void upsample_height_row(const patch *p, int row, float out[TILE_SIZE], bool flat[TILE_SIZE]);
+void upsample_height_row(const struct patch *p, int row, float out[TILE_SIZE],
+                         bool flat[TILE_SIZE]);
 
 // One row of a field given at the patch's samples, by bilinear interpolation.
-void upsample_linear_row(const patch *p, const float *field, int row, float out[TILE_SIZE]);
+void upsample_linear_row(const struct patch *p, const float *field, int row, float out[TILE_SIZE]);
 
 // RGBA, rounded and held within [0, 255].
-void upsample_rgba(const patch *p, uint8_t *out);
+void upsample_rgba(const struct patch *p, uint8_t *out);
 
 #endif
