@@ -10,15 +10,21 @@
 #include "base/vec.h"
 
 // 1 / rms of the raw noise below, whose gradients have components uniform in [-511.5, 511.5].
-#define NOISE_SCALE (1.0f / 148.0f)
+#define NOISE_SCALE (1.0f / 93.4f)
 
-// Share of the relief that each zoom far below the data adds. With it the slope grows by 5 % a
-// zoom, a Hurst exponent of about 0.92: rms slope 2.2 times the data's after 14 zooms.
-#define STEADY_GAIN 0.2
+// Share of the relief that each zoom far below the data adds, and the largest that the first one
+// does. Measured over 40 places on 200 waves of Hurst exponent 0.85: the rms slope after 14 zooms
+// is 1.05, 2.2 and 2.7 times the data's with a measured gain of 0.02, 0.25 and 0.6.
+#define STEADY_GAIN    0.13
+#define FIRST_GAIN_MAX 0.4
 
 // Slope (rise over run) that detail grows towards ever more slowly: debris rests at 30 to 40
 // degrees.
 #define TALUS_SLOPE 0.8
+
+// No land is smoother than this at any scale: rise over run, less over more than FLOOR_SCALE_M.
+#define FLOOR_SLOPE   0.03
+#define FLOOR_SCALE_M 100.0
 
 static const double lattice_offset = 0x1p30; // makes every lattice coordinate positive
 
@@ -148,11 +154,15 @@ void synthesis_amplitude(const struct patch *p, double gain, int data_zoom, doub
                          float *relief)
 {
     int below = p->child.zoom - data_zoom;
-    double excess = fmin(gain, SYNTHESIS_GAIN_MAX) - STEADY_GAIN;
-    if (excess > 0.0) excess = below >= 1 ? ldexp(excess, 1 - below) : 0.0;
+    double excess = fmin(gain, FIRST_GAIN_MAX) - STEADY_GAIN;
+    if (excess > 0.0) excess = below >= 1 ? ldexp(excess, 2 - 2 * below) : 0.0;
     float share = (float)(STEADY_GAIN + excess);
     float steep = (float)(TALUS_SLOPE * radius * grid_step_lat(p->child.zoom - 1));
     float inverse = 1.0f / (steep * steep);
-    for (int i = 0; i < PATCH_ROWS * p->cols; i++)
-        relief[i] = share * relief[i] / (1.0f + relief[i] * relief[i] * inverse);
+    double spacing = radius * grid_step_lat(p->child.zoom - 1);
+    float floor = (float)(FLOOR_SLOPE * spacing / sqrt(1.0 + spacing / FLOOR_SCALE_M));
+    for (int i = 0; i < PATCH_ROWS * p->cols; i++) {
+        float r = relief[i] > 0.0f ? sqrtf(relief[i] * relief[i] + floor * floor) : 0.0f;
+        relief[i] = share * r / (1.0f + r * r * inverse);
+    }
 }

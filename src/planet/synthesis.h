@@ -6,8 +6,7 @@
 #include "planet/patch.h"
 #include "planet/planet_writer.h"
 
-// Range of the gain that an import measures, and that synthesis uses at the first zoom below the
-// data.
+// Range of the gain that an import measures.
 #define SYNTHESIS_GAIN_MIN 0.02
 #define SYNTHESIS_GAIN_MAX 0.6
 
@@ -31,7 +30,9 @@ void synthesis_noise_row(const synthesis_columns *columns, int zoom, double lat,
 void synthesis_relief(const struct patch *p, float *relief);
 
 // Relief to amplitude of the residual, in place, for the child of the patch. `gain` is
-// planet_meta.synthesis_gain, `data_zoom` the finest zoom of all data, `radius` in metres.
+// planet_meta.synthesis_gain, used at the first zoom below the data and, where it is large, falling
+// quickly to a steady one, so that slopes do not grow without end; `data_zoom` the finest zoom of
+// all data, `radius` in metres.
 void synthesis_amplitude(const struct patch *p, double gain, int data_zoom, double radius,
                          float *relief);
 
