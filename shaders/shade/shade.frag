@@ -12,8 +12,12 @@ layout(binding = 4) uniform sampler2D depth_buffer;
 layout(binding = 5) uniform sampler2D map_buffer;
 #endif
 
+layout(binding = 6) uniform sampler2DArray convexity_windows;
+
 layout(location = 0) in vec2 ndc;
 layout(location = 0) out vec4 color;
+
+#define CONVEX_CONTRAST 0.5
 
 const float PI = 3.14159265358979;
 
@@ -49,6 +53,21 @@ vec3 chain_normal(vec2 dlonlat, float level, vec3 up)
         if (rest <= 0.0) break;
     }
     return normalize(sum + rest * up);
+}
+
+// How convex the ground is at the scales of the given level and of the one four times coarser, in [-1, 1].
+float convexity(vec2 dlonlat, float level)
+{
+    float sum = 0.0;
+    vec2 size = vec2(textureSize(convexity_windows, 0).xy);
+    for (int k = 0; k < 2; k++) {
+        int i = max(int(level) - 2 * k, 0);
+        vec2 place = window_place(levels.height_map[i], dlonlat);
+        float w = window_weight(levels.height_valid[i], levels.height_torus[i].z, place);
+        if (k == 0) w *= 1.0 - transition_to_coarser(fract(level));
+        sum += 0.5 * w * textureLod(convexity_windows, vec3((place.yx + levels.height_torus[i].yx) / size, float(i)), 0.0).r;
+    }
+    return sum;
 }
 
 // Linear colour, and in a the night's light.
@@ -129,6 +148,7 @@ void main()
     vec4 texel = chain_color(dlonlat, color_level);
     float steep = 1.0 - dot(normal, up_ecef);
     vec3 albedo = mix(texel.rgb, vec3(0.14, 0.12, 0.10), 0.55 * smoothstep(0.10, 0.45, steep));
+    albedo *= 1.0 + CONVEX_CONTRAST * convexity(dlonlat, normal_level); // hollows hold soil and shade, crests are bare
 
     float lit = daylight(up, view.sun.xyz);
     float direct = max(dot(normal, sun_ecef), 0.0) * lit;

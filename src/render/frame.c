@@ -117,6 +117,7 @@ void frame_shade(frame *f, const struct windows *w)
     glBindTextureUnit(2, windows_colors(w));
     glBindTextureUnit(3, f->geometry.colors[0]);
     glBindTextureUnit(4, f->geometry.depth);
+    glBindTextureUnit(6, windows_convexity(w));
     if (f->texcoord_vertex) glBindTextureUnit(5, f->geometry.colors[1]);
     full_screen(f, f->shade_program);
 }

@@ -158,11 +158,11 @@ void perigee_view_set_time_noon(perigee_view *v)
 }
 
 // Perpetual daylight: the camera's own direction pulled towards a fixed one, so that the sun stands
-// 45 to 90 degrees high everywhere and moves smoothly over poles and meridians.
+// 30 to 90 degrees high everywhere and moves smoothly over poles and meridians.
 static dvec3 sun_direction(const perigee_view *v)
 {
     if (v->has_time) return geo_sun_direction(v->time_s);
-    dvec3 fixed = {0.35, -0.52, 0.31};
+    dvec3 fixed = {0.42, -0.65, 0.38}; // shorter than 1: never night
     return dvec3_normalize(dvec3_add(dvec3_normalize(v->projection.camera_ecef), fixed));
 }
 

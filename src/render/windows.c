@@ -42,7 +42,7 @@ struct layer {
 
 struct windows {
     struct layer height, color;
-    GLuint normals, normal_program;
+    GLuint normals, convexity, normal_program;
     struct pending pending[CLIPMAP_MAX_LEVELS];
     struct gpu_upload *upload;
     geo_ellipsoid ellipsoid;
@@ -63,10 +63,9 @@ static GLuint make_array(GLenum format, const window_shape *shape, int levels, G
     return t;
 }
 
-// Bytes of a texture array of 4-byte texels.
-static size_t array_bytes(const window_shape *shape, int levels)
+static size_t array_bytes(const window_shape *shape, int levels, size_t texel_bytes)
 {
-    return (size_t)shape->rows * (size_t)shape->cols * (size_t)levels * 4;
+    return (size_t)shape->rows * (size_t)shape->cols * (size_t)levels * texel_bytes;
 }
 
 static status create_layers(struct windows *w, const windows_params *p)
@@ -102,10 +101,11 @@ static status create_textures(struct windows *w)
     }
     w->height.texture = make_array(GL_R32F, &w->height.shape, w->height.levels, GL_LINEAR);
     w->normals = make_array(GL_RG16_SNORM, &w->height.shape, w->height.levels, GL_NEAREST);
+    w->convexity = make_array(GL_R8_SNORM, &w->height.shape, w->height.levels, GL_LINEAR);
     // Colour takes its memory whatever the planet's data, so that memory does not depend on them.
     w->color.texture = make_array(GL_SRGB8_ALPHA8, &w->color.shape, MAX_COLOR_LEVELS, GL_LINEAR);
-    w->gpu_bytes = 2 * array_bytes(&w->height.shape, w->height.levels) +
-                   array_bytes(&w->color.shape, MAX_COLOR_LEVELS);
+    w->gpu_bytes = array_bytes(&w->height.shape, w->height.levels, 4 + 4 + 1) +
+                   array_bytes(&w->color.shape, MAX_COLOR_LEVELS, 4);
     if (glGetError() == GL_NO_ERROR) return OK;
     log_error("the GPU refused %zu MiB of textures for the terrain windows", w->gpu_bytes >> 20);
     return ERR_GPU;
@@ -133,6 +133,7 @@ void windows_destroy(struct windows **windows)
     glDeleteTextures(1, &w->height.texture);
     glDeleteTextures(1, &w->color.texture);
     glDeleteTextures(1, &w->normals);
+    glDeleteTextures(1, &w->convexity);
     if (w->normal_program) glDeleteProgram(w->normal_program);
     gpu_upload_destroy(&w->upload);
     free(w);
@@ -147,6 +148,11 @@ GLuint windows_heights(const struct windows *w)
 GLuint windows_normals(const struct windows *w)
 {
     return w->normals;
+}
+
+GLuint windows_convexity(const struct windows *w)
+{
+    return w->convexity;
 }
 
 GLuint windows_colors(const struct windows *w)
@@ -223,6 +229,7 @@ static void update_normals(struct windows *w)
     glUseProgram(w->normal_program);
     glBindTextureUnit(0, w->height.texture);
     glBindImageTexture(0, w->normals, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RG16_SNORM);
+    glBindImageTexture(1, w->convexity, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8_SNORM);
     for (int i = 0; i < w->height.levels; i++) {
         struct pending *p = &w->pending[i];
         if (!p->count) continue;

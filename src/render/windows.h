@@ -24,6 +24,7 @@ void windows_destroy(struct windows **windows);
 
 GLuint windows_heights(const struct windows *w);
 GLuint windows_normals(const struct windows *w);
+GLuint windows_convexity(const struct windows *w);
 GLuint windows_colors(const struct windows *w);
 size_t windows_gpu_bytes(const struct windows *w);
 int windows_color_levels(const struct windows *w);
