@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <ftw.h>
+#include <signal.h>
 #include <stdbool.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -24,13 +25,16 @@ struct answer {
 
 static struct answer answer;
 static char folder[] = "cli-XXXXXX";
+static bool gpu; // an OpenGL 4.5 is here
 
-static void read_text(const char *path, char *text)
+// A file into TEXT_SIZE characters, with a zero after it; what does not fit is left out.
+static size_t read_bytes(const char *path, char *text)
 {
     FILE *f = fopen(path, "rb");
     size_t n = f ? fread(text, 1, TEXT_SIZE - 1, f) : 0;
     text[n] = '\0';
     if (f) fclose(f);
+    return n;
 }
 
 static void redirect(const char *path, int to)
@@ -73,8 +77,8 @@ static void run(const char *line)
     assert_int_equal(waitpid(child, &state, 0), child);
     answer.seconds = now_s() - start;
     answer.status = WIFEXITED(state) ? WEXITSTATUS(state) : -1;
-    read_text("out.txt", answer.out);
-    read_text("err.txt", answer.err);
+    read_bytes("out.txt", answer.out);
+    read_bytes("err.txt", answer.err);
 }
 
 static int count_lines(const char *text)
@@ -158,6 +162,8 @@ static int set_up(void **state)
     expect_good(
         "import --quiet --height globe.asc --name Hills --attribution Nobody -o hills.planet");
     assert_string_equal(answer.err, "");
+    run("render -q hills.planet --size 16x16 -o probe.png");
+    gpu = !strstr(answer.err, "no EGL") && !strstr(answer.err, "no OpenGL");
     truncate_copy("hills.planet", "cut.planet", 5000);
     truncate_copy("hills.planet", "head.planet", 60);
     return 0;
@@ -264,6 +270,7 @@ static void test_no_gpu(void **state)
 static void test_full_disk(void **state)
 {
     (void)state;
+    if (!gpu) skip();
     if (access("/dev/full", W_OK) != 0) skip();
     expect_fault("render --quiet hills.planet --size 32x32 -o c.png --stats /dev/full",
                  "/dev/full");
@@ -297,11 +304,12 @@ static bool lit(const char *path, int width, int height)
 static void test_render(void **state)
 {
     (void)state;
+    if (!gpu) skip();
     expect_good("render hills.planet --size 96x64 --stats s.jsonl -o a.png");
     assert_true(lit("a.png", 96, 64));
     assert_non_null(strstr(answer.err, "Nobody"));
     static char stats[TEXT_SIZE];
-    read_text("s.jsonl", stats);
+    read_bytes("s.jsonl", stats);
     assert_int_equal(count_lines(stats), 1);
     assert_non_null(strstr(stats, "\"triangles_drawn\":"));
     assert_non_null(strstr(stats, "\"missing\":0"));
@@ -316,6 +324,7 @@ static void test_render(void **state)
 static void test_timeout(void **state)
 {
     (void)state;
+    if (!gpu) skip();
     run("render --quiet hills.planet --size 32x32 --timeout 0 -o late.png");
     assert_int_equal(answer.status, 1);
     assert_int_equal(count_lines(answer.err), 1);
@@ -326,6 +335,7 @@ static void test_timeout(void **state)
 static void test_fly(void **state)
 {
     (void)state;
+    if (!gpu) skip();
     expect_good("fly hills.planet --path short.json --fps 3 --size 64x48 -o f/%03d.png "
                 "--contact-sheet f/sheet.png "
                 "--contact-grid 2x2");
@@ -342,20 +352,67 @@ static void test_fly(void **state)
     expect_good("fly --quiet hills.planet --path short.json --fps 3 --size 64x48 -o f/%03d.png "
                 "--resume --stats f.jsonl");
     static char stats[TEXT_SIZE];
-    read_text("f.jsonl", stats);
+    read_bytes("f.jsonl", stats);
     assert_int_equal(count_lines(stats), 2);
     assert_non_null(strstr(stats, "\"frame\":1,"));
     assert_non_null(strstr(stats, "\"frame\":2,"));
     assert_true(lit("f/001.png", 64, 48));
 }
 
+// The same flight gives the same files, whatever the number of workers.
+static void test_same_frames(void **state)
+{
+    (void)state;
+    if (!gpu) skip();
+    static char one[TEXT_SIZE], eight[TEXT_SIZE];
+    expect_good(
+        "fly -q hills.planet --path short.json --fps 2 --size 64x48 -o one-%d.png --threads 1");
+    expect_good(
+        "fly -q hills.planet --path short.json --fps 2 --size 64x48 -o eight-%d.png --threads 8");
+    for (int i = 0; i < 3; i++) {
+        char path[32];
+        snprintf(path, sizeof path, "one-%d.png", i);
+        size_t size = read_bytes(path, one);
+        snprintf(path, sizeof path, "eight-%d.png", i);
+        assert_int_equal(read_bytes(path, eight), size);
+        assert_in_range(size, 100, TEXT_SIZE - 2);
+        assert_memory_equal(one, eight, size);
+    }
+}
+
+// Ctrl-C ends a flight after a whole frame, with 130 and a way to go on.
+static void test_interrupt(void **state)
+{
+    (void)state;
+    if (!gpu) skip();
+    pid_t child = fork();
+    if (child == 0) {
+        redirect("out.txt", STDOUT_FILENO);
+        redirect("err.txt", STDERR_FILENO);
+        execl(PERIGEE_PROGRAM, PERIGEE_PROGRAM, "fly", "-q", "hills.planet", "--path", "short.json",
+              "--fps", "1000", "--size", "64x48", "-o", "long/%04d.png", (char *)NULL);
+        _exit(127);
+    }
+    for (int i = 0; i < 600 && access("long/0001.png", F_OK) != 0; i++) usleep(100000);
+    int ended = 0;
+    kill(child, SIGINT);
+    assert_int_equal(waitpid(child, &ended, 0), child);
+    assert_true(WIFEXITED(ended));
+    assert_int_equal(WEXITSTATUS(ended), 130);
+    read_bytes("err.txt", answer.err);
+    assert_int_equal(count_lines(answer.err), 1);
+    assert_non_null(strstr(answer.err, "--resume"));
+    assert_true(lit("long/0001.png", 64, 48));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_help),      cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_no_gpu),    cmocka_unit_test(test_info),
-        cmocka_unit_test(test_render),    cmocka_unit_test(test_timeout),
-        cmocka_unit_test(test_full_disk), cmocka_unit_test(test_fly),
+        cmocka_unit_test(test_help),        cmocka_unit_test(test_faults),
+        cmocka_unit_test(test_no_gpu),      cmocka_unit_test(test_info),
+        cmocka_unit_test(test_render),      cmocka_unit_test(test_timeout),
+        cmocka_unit_test(test_full_disk),   cmocka_unit_test(test_fly),
+        cmocka_unit_test(test_same_frames), cmocka_unit_test(test_interrupt),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
