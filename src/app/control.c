@@ -20,7 +20,7 @@
 // Below this the cursor's speed has come to rest, px/s.
 #define REST_PX_S 3.0
 // One wheel step multiplies the distance by exp(-WHEEL_STEP).
-#define WHEEL_STEP    0.22
+#define WHEEL_STEP    0.3
 #define WHEEL_PENDING 8.0
 #define ORBIT_PER_PX  0.005
 #define STEP_MAX_S    0.1

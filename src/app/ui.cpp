@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include <imgui.h>
 #include <backends/imgui_impl_glfw.h>
@@ -16,6 +17,8 @@ const ImGuiWindowFlags PASSIVE =
     ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoSavedSettings;
 
 const float MARGIN = 8;
+// Of the list of what is missing as many lines are shown.
+const int MISSING_LINES = 4;
 
 struct help_line {
     const char *keys, *what;
@@ -58,6 +61,18 @@ void format_count(char *text, size_t size, double n)
     else snprintf(text, size, "%.2f M", n / 1e6);
 }
 
+// Length of the first lines of a text, without the last line's end.
+int length_of_lines(const char *text, int lines)
+{
+    const char *p = text;
+    for (const char *end; *p && lines > 0; lines--) {
+        end = p + std::strcspn(p, "\n");
+        if (lines == 1 || !*end) return (int)(end - text);
+        p = end + 1;
+    }
+    return (int)(p - text);
+}
+
 // A window that only shows, held by one of its corners: pivot 0, 0 is its upper left.
 void begin_passive(const char *name, ImVec2 at, ImVec2 pivot)
 {
@@ -85,7 +100,8 @@ void draw_position(const ui_state *s)
     if (s->flying) ImGui::TextUnformatted("fly mode");
     if (s->missing_count > 0) {
         ImGui::Separator();
-        ImGui::Text("loading: %d\n%s", s->missing_count, s->missing);
+        ImGui::Text("loading: %d", s->missing_count);
+        ImGui::Text("%.*s", length_of_lines(s->missing, MISSING_LINES), s->missing);
     }
     ImGui::End();
 }
@@ -126,6 +142,19 @@ void draw_help(bool *open, ImVec2 size)
     ImGui::End();
 }
 
+void lay_out(const ui_state *s)
+{
+    ImVec2 size = ImGui::GetIO().DisplaySize;
+    draw_position(s);
+    draw_attribution(s, size);
+    if (s->message[0]) {
+        begin_passive("message", ImVec2(size.x / 2, size.y - 5 * MARGIN), ImVec2(0.5f, 1));
+        ImGui::TextUnformatted(s->message);
+        ImGui::End();
+    }
+    draw_help(s->help, size);
+}
+
 } // namespace
 
 extern "C" bool ui_init(GLFWwindow *window, float scale)
@@ -162,16 +191,13 @@ extern "C" void ui_draw(const ui_state *state)
 {
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    // Windows take the size that their contents had a frame before: laid out twice, they fit at
+    // once.
     ImGui::NewFrame();
-    ImVec2 size = ImGui::GetIO().DisplaySize;
-    draw_position(state);
-    draw_attribution(state, size);
-    if (state->message[0]) {
-        begin_passive("message", ImVec2(size.x / 2, size.y - 5 * MARGIN), ImVec2(0.5f, 1));
-        ImGui::TextUnformatted(state->message);
-        ImGui::End();
-    }
-    draw_help(state->help, size);
+    lay_out(state);
+    ImGui::EndFrame();
+    ImGui::NewFrame();
+    lay_out(state);
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

@@ -24,17 +24,14 @@
 #define DEG (M_PI / 180)
 
 #define MESSAGE_S 4.0
+// Data missing for less than this is not worth a word.
+#define LATE_S 0.5
 // The longest sleep, and the pause between looks at a motion that shows nothing new.
 #define IDLE_S  0.5
 #define PAUSE_S 0.008
 // The sun is moved when it stands this much beside where it was drawn: two seconds are half a
 // minute of arc.
 #define SUN_STEP_S 2.0
-// Frames drawn after the last change: the overlay lays itself out one frame late.
-#define SETTLE_FRAMES 2
-// Above the highest summit by this much the terrain is not asked for: it could not be met in one
-// frame.
-#define TERRAIN_MARGIN 50e3
 
 enum { SCREENSHOTS = 9999 };
 
@@ -50,11 +47,12 @@ struct window {
     bool ui, help, quit, failed;
     double now_s, drawn_time_s;
     double frame_ms;
-    int frames, settle, screenshots;
+    int frames, screenshots;
     char message[512];
     double message_until_s;
     char missing[512];
     int missing_count;
+    double complete_s; // when nothing was missing last
     perigee_stats stats;
 };
 
@@ -243,12 +241,14 @@ static void draw_overlay(struct window *w)
     char time_text[80];
     window_clock_text(&w->clock, time_text, sizeof time_text);
     const geo_camera *c = control_camera(w->control);
+    if (w->missing_count == 0) w->complete_s = w->now_s;
+    bool late = w->now_s - w->complete_s > LATE_S;
     struct ui_state state = {.camera = camera_in_degrees(c),
                              .ground_m = control_ground(w->control),
                              .frame_ms = w->frame_ms,
                              .stats = w->stats,
                              .missing = w->missing,
-                             .missing_count = w->missing_count,
+                             .missing_count = late ? w->missing_count : 0,
                              .time = time_text,
                              .attribution = attribution(w),
                              .message = w->now_s < w->message_until_s ? w->message : "",
@@ -315,12 +315,9 @@ static void run(struct window *w)
 {
     glfwSetTime(0);
     w->drawn_time_s = w->clock.unix_time_s;
-    w->settle = SETTLE_FRAMES;
     while (!is_over(w)) {
-        if (advance(w)) w->settle = SETTLE_FRAMES;
-        bool draw = w->settle > 0;
+        bool draw = advance(w);
         if (draw) w->failed = draw_frame(w) != 0;
-        w->settle -= draw;
         wait_for_events(w, draw);
     }
 }
