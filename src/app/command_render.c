@@ -92,8 +92,7 @@ static status render_shot(struct shot *shot, bool exr, struct stats_file *stats)
     if (!s) s = session_open_view(session);
     if (!s) s = (status)perigee_view_set_camera(session->view, &shot->camera);
     if (s) return s;
-    status waited =
-        session_wait(session, shot->width, shot->height);
+    status waited = session_wait(session, shot->width, shot->height);
     if (waited && waited != ERR_TIMEOUT) return waited;
     s = exr ? write_exr(shot) : write_png(shot);
     if (!s) stats_file_add(stats, session->view, 0, 0, &shot->camera);
