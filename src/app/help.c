@@ -87,13 +87,15 @@ static void print_wrapped(FILE *f, int column, const char *text)
     }
     fprintf(f, "%*s", HELP_COLUMN - column, "");
     column = HELP_COLUMN;
-    while (*text) {
+    for (bool first = true; *text; first = false) {
         int length = (int)strcspn(text, " ");
-        if (column + length > HELP_WIDTH) {
+        if (!first && column + 1 + length > HELP_WIDTH) {
             fprintf(f, "\n%*s", HELP_COLUMN, "");
             column = HELP_COLUMN;
+        } else if (!first) {
+            column += fprintf(f, " ");
         }
-        column += fprintf(f, "%.*s ", length, text);
+        column += fprintf(f, "%.*s", length, text);
         text += length + (text[length] == ' ');
     }
     fputc('\n', f);
