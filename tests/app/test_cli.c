@@ -156,6 +156,7 @@ static int set_up(void **state)
         "cold.json",
         "{\"keys\":[{\"time\":0,\"lat\":95,\"lon\":0,\"alt\":5,\"heading\":0,\"pitch\":0}]}");
     write_text("flat.json", "{\"equatorialRadius\":1000,\"polarRadius\":10}");
+    write_text("atlas-relief-metres.csv", "no table\n");
     write_text("not.planet", "This is no planet file.\n");
     write_text("empty.planet", "");
     mkdir("folder.png", 0777);
@@ -241,6 +242,7 @@ static const struct {
     {"import --height globe.asc --body flat.json -o new.planet", "flat.json"},
     {"import --height globe.asc --body short.json -o new.planet", "short.json"},
     {"import --earth --atlas nowhere -o new.planet", "nowhere"},
+    {"PERIGEE_DATA_DIR=. import --earth -o new.planet", "./atlas-relief-metres.csv"},
     {"info missing.planet", "missing.planet"},
     {"info not.planet", "not.planet"},
     {"PERIGEE_EARTH= HOME= XDG_DATA_HOME= info", "PERIGEE_EARTH"},
