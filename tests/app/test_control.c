@@ -236,8 +236,8 @@ static void wheel_holds_the_point(void **state)
                 struct world w;
                 geo_camera from = view(latitudes[i], -20, heights[k].height, 200, heights[k].pitch);
                 start(&w, from);
-                double x = WIDTH / 2.0 + check_random_range(&r, -0.7, 0.7) * heights[k].reach_px;
-                double y = HEIGHT / 2.0 + check_random_range(&r, -0.7, 0.7) * heights[k].reach_px;
+                double x = WIDTH / 2.0 + check_random_range(&r, -0.5, 0.5) * heights[k].reach_px;
+                double y = HEIGHT / 2.0 + check_random_range(&r, -0.5, 0.5) * heights[k].reach_px;
                 dvec3 point;
                 if (!oracle_pick(control_camera(w.control), x, y, &point)) fail();
                 double was = dvec3_length(
