@@ -54,10 +54,10 @@ float transition_to_coarser(float f)
     return clamp(1.0 - f / TRANSITION, 0.0, 1.0);
 }
 
-// Height in metres at a place, `level` whole, `coarser` the share of the next coarser level.
+// Height in metres at a place, `level` whole, `coarser` the share of the next coarser level (level 0 has none).
 float chain_height(vec2 dlonlat, int level, float coarser)
 {
-    float sum = 0.0, rest = 1.0, keep = 1.0 - coarser;
+    float sum = 0.0, rest = 1.0, keep = level == 0 ? 1.0 : 1.0 - coarser;
     for (int i = level; i >= 0; i--) {
         vec2 place = window_place(levels.height_map[i], dlonlat);
         float w = keep * window_weight(levels.height_valid[i], levels.height_torus[i].z, place);

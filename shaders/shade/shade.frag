@@ -41,7 +41,7 @@ vec3 chain_normal(vec2 dlonlat, float level, vec3 up)
 {
     vec3 sum = vec3(0.0);
     float rest = 1.0;
-    float keep = 1.0 - transition_to_coarser(fract(level));
+    float keep = level < 1.0 ? 1.0 : 1.0 - transition_to_coarser(fract(level));
     for (int i = int(level); i >= 0; i--) {
         vec2 place = window_place(levels.height_map[i], dlonlat);
         float w = keep * window_weight(levels.height_valid[i], levels.height_torus[i].z, place);
@@ -74,7 +74,7 @@ float convexity(vec2 dlonlat, float level)
 vec4 chain_color(vec2 dlonlat, float level)
 {
     vec4 sum = vec4(0.0);
-    float rest = 1.0, keep = fract(level);
+    float rest = 1.0, keep = level < 1.0 ? 1.0 : fract(level);
     vec2 size = vec2(textureSize(color_windows, 0).xy);
     for (int i = int(level); i >= 0; i--) {
         vec2 place = window_place(levels.color_map[i], dlonlat);

@@ -148,6 +148,9 @@ static status make_heights(struct pyramid *p, tile_id id, float *heights, float 
     return s;
 }
 
+// What a planet without imagery looks like, and no light.
+static const uint8_t BARE_GROUND[4] = {156, 150, 140, 0};
+
 // Colour and light where they are stored; both if need be from the parents.
 static status make_rgba(struct pyramid *p, tile_id id, uint8_t *rgba)
 {
@@ -162,7 +165,7 @@ static status make_rgba(struct pyramid *p, tile_id id, uint8_t *rgba)
     bool night_known = has_night || tile_index_max_zoom(p->index[LAYER_NIGHT]) < 0;
     struct patch patch;
     if (s || (color_known && night_known) || id.zoom == 0) {
-        memset(rgba, 0, SAMPLES * 4);
+        for (int i = 0; i < SAMPLES; i++) memcpy(rgba + 4 * i, BARE_GROUND, 4);
     } else if (!(s = patch_init(&patch, id, 4, fetch_block, p))) {
         upsample_rgba(&patch, rgba);
         patch_deinit(&patch);

@@ -1,8 +1,9 @@
 // Every tile of the planet at every zoom, whether stored or not, through one bounded cache.
-// A tile that is not stored, is corrupt, or lies below the data comes from its parent: upsampled by the four-point filter
-// and, for heights when synthesis is on, given a fractal residual that depends on place and zoom only. Samples a stored
-// tile marks as NaN are filled the same way. At zoom 0 what is missing is 0.
-// Any thread. A tile's samples are the same whatever was asked before, by whom, and in which order.
+// A tile that is not stored, is corrupt, or lies below the data comes from its parent: upsampled by
+// the four-point filter and, for heights when synthesis is on, given a fractal residual that
+// depends on place and zoom only. Samples a stored tile marks as NaN are filled the same way. At
+// zoom 0 what is missing is height 0, a grey ground and no light. Any thread. A tile's samples are
+// the same whatever was asked before, by whom, and in which order.
 #ifndef PERIGEE_PLANET_PYRAMID_H
 #define PERIGEE_PLANET_PYRAMID_H
 
@@ -17,8 +18,9 @@ typedef struct pyramid_params {
     bool synthesis;     // fractal detail below the data
 } pyramid_params;
 
-// One tile held in the cache: heights (LAYER_HEIGHT) or RGBA (LAYER_COLOR: sRGB-encoded R, G, B, and in A the night
-// layer's light, 0 where there is none), 256 x 256, row 0 northmost. LAYER_NIGHT is not asked for by itself.
+// One tile held in the cache: heights (LAYER_HEIGHT) or RGBA (LAYER_COLOR: sRGB-encoded R, G, B,
+// and in A the night layer's light, 0 where there is none), 256 x 256, row 0 northmost. LAYER_NIGHT
+// is not asked for by itself.
 typedef struct pyramid_tile {
     tile_id id;
     const float *heights;
@@ -36,16 +38,18 @@ void pyramid_destroy(struct pyramid **pyramid);
 
 const struct planet_meta *pyramid_meta(const struct pyramid *pyramid);
 
-// Holds the tile until released; reads, decodes or makes it on the calling thread when it is not cached. ERR_MEMORY only:
-// bad or missing data is replaced and counted. zoom in [0, GRID_MAX_ZOOM], row and col inside the grid.
+// Holds the tile until released; reads, decodes or makes it on the calling thread when it is not
+// cached. ERR_MEMORY only: bad or missing data is replaced and counted. zoom in [0, GRID_MAX_ZOOM],
+// row and col inside the grid.
 status pyramid_acquire(struct pyramid *pyramid, tile_id id, const pyramid_tile **out);
 void pyramid_release(struct pyramid *pyramid, const pyramid_tile **tile);
 
-// Finest zoom at which data is stored at or above this tile's zoom for its place: zoom of the tile itself or of its
-// nearest stored ancestor; -1 when none. Cheap: the index is held in memory.
+// Finest zoom at which data is stored at or above this tile's zoom for its place: zoom of the tile
+// itself or of its nearest stored ancestor; -1 when none. Cheap: the index is held in memory.
 int pyramid_data_zoom(struct pyramid *pyramid, tile_id id);
 
-// Bilinear height in the data at `zoom` (clamped to GRID_MAX_ZOOM), metres above the ellipsoid. Blocks on I/O.
+// Bilinear height in the data at `zoom` (clamped to GRID_MAX_ZOOM), metres above the ellipsoid.
+// Blocks on I/O.
 status pyramid_height_at(struct pyramid *pyramid, int zoom, double lat, double lon, double *height);
 
 void pyramid_counters(struct pyramid *pyramid, struct pyramid_counters *out);

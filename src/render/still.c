@@ -74,11 +74,7 @@ perigee_status perigee_view_render_image(perigee_view *v, int width, int height,
         s = samples == 1 ? image_single(v, width, height, rgb)
                          : image_supersampled(v, width, height, samples, rgb);
     }
-    v->stats.total_bytes_uploaded += v->stats.bytes_uploaded;
-    v->stats.total_vertices_placed += v->stats.vertices_placed;
-    v->stats.first_level = (uint32_t)v->first;
-    v->stats.last_level = (uint32_t)v->last;
-    v->stats.frames++;
+    view_count_frame(v);
     frame_state_restore(&state);
     return (perigee_status)s;
 }

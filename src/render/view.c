@@ -246,7 +246,7 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
     v->stats.draws += counts.draws;
 }
 
-static void count_frame(perigee_view *v, double start_s)
+void view_count_frame(perigee_view *v)
 {
     struct pyramid_counters tiles;
     pyramid_counters(v->planet->pyramid, &tiles);
@@ -260,7 +260,6 @@ static void count_frame(perigee_view *v, double start_s)
     s->tiles_synthesised = tiles.synthesised;
     s->tiles_corrupt = tiles.corrupt;
     s->gpu_ms = gpu_timer_ms(v->timer, 0);
-    s->cpu_ms = (clock_s() - start_s) * 1e3;
     s->needs_redraw = !windows_settled(v->windows);
 }
 
@@ -279,7 +278,8 @@ perigee_status perigee_view_render(perigee_view *v, int width, int height)
         v->dirty = false;
         frame_resolve(&v->frame, (GLuint)state.framebuffer, !v->params.no_antialias);
         v->stats.draws++;
-        count_frame(v, now);
+        view_count_frame(v);
+        v->stats.cpu_ms = (clock_s() - now) * 1e3;
     }
     frame_state_restore(&state);
     return (perigee_status)s;

@@ -35,4 +35,7 @@ status view_prepare(perigee_view *v, int width, int height);
 // Draws into the light target, jittered by so many pixels; only what changed is done again.
 void view_draw(perigee_view *v, double jitter_x, double jitter_y);
 
+// Adds the frame just drawn to the statistics.
+void view_count_frame(perigee_view *v);
+
 #endif

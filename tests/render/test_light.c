@@ -87,11 +87,39 @@ static void test_perpetual_day(void **state)
     perigee_planet_close(&planet);
 }
 
+// The colour windows' coarsest level has nothing coarser to blend with: from far away, in few
+// pixels, the planet keeps its colour. (It was grey once: level 0 gave its share away.)
+static void test_far_and_small_keeps_its_light(void **state)
+{
+    (void)state;
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    double near = 0;
+    for (int i = 0; i < 4; i++) {
+        static float g[SIZE * SIZE], b[SIZE * SIZE], z[SIZE * SIZE];
+        perigee_camera c = {.lat_deg = 24,
+                            .lon_deg = 10,
+                            .alt_m = 1e7 * pow(2, i),
+                            .pitch_deg = -90,
+                            .fov_deg = 60};
+        scene_render(view, &c, SIZE, SIZE);
+        perigee_planes planes = {.g = g, .b = b, .z_m = z};
+        assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+        double at_nadir = g[(SIZE / 2) * SIZE + SIZE / 2];
+        print_message("%g m: %.4f\n", c.alt_m, at_nadir);
+        if (i == 0) near = at_nadir;
+        check_near(at_nadir, near, 0.05 * near);
+    }
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_day_and_night),
         cmocka_unit_test(test_perpetual_day),
+        cmocka_unit_test(test_far_and_small_keeps_its_light),
     };
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
