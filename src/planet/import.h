@@ -54,10 +54,11 @@ typedef struct import_earth_params {
 } import_earth_params;
 
 // The default Earth from the atlas: grey levels to metres, de-banded within each grey's interval
-// (atlas.h), the sea laid flat, Blue Marble colour, city lights; then the import proper. Its
-// heights are above mean sea level and are taken as heights above the ellipsoid: the geoid's -107
-// to 85 m are left out, so that the sea is at 0 everywhere. How far it is from the truth:
-// tests/planet/test_import_earth.c, against data/spot-heights.csv.
+// (atlas.h), the sea laid flat and no land lower than the Dead Sea's shore (unless `bathymetry`),
+// Blue Marble colour, city lights; then the import proper. Its heights are above mean sea level and
+// are taken as heights above the ellipsoid: the geoid's -107 to 85 m are left out, so that the sea
+// is at 0 everywhere. How far it is from the truth: tests/planet/test_import_earth.c, against
+// data/spot-heights.csv.
 status import_earth(const import_earth_params *params);
 
 #endif

@@ -2,6 +2,7 @@
 // are.
 #include "planet/import.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -108,6 +109,9 @@ static void hash_sources(struct earth *e, const atlas_table *table)
     }
 }
 
+// The shore of the Dead Sea.
+#define LOWEST_LAND_M (-430.0f)
+
 static status make_heights(struct earth *e, const atlas_table *table)
 {
     size_t count = (size_t)ATLAS_WIDTH * ATLAS_HEIGHT;
@@ -131,6 +135,9 @@ static status make_heights(struct earth *e, const atlas_table *table)
                                                .progress = report,
                                                .user = e},
                                e->heights);
+    // JPEG rings beside steep greys, far below any dry land: what the ocean does not reach is land.
+    for (size_t i = 0; !s && sea && i < count; i++)
+        e->heights[i] = fmaxf(e->heights[i], LOWEST_LAND_M);
     if (s == ERR_MEMORY) log_error("out of memory for the relief of the default Earth");
     free(sea);
     free(e->greys);
