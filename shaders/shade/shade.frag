@@ -18,6 +18,7 @@ layout(location = 0) in vec2 ndc;
 layout(location = 0) out vec4 color;
 
 #define CONVEX_CONTRAST 0.5
+#define LAMP_FLOOR 0.2 /* encoded light of unlit land in night imagery */
 
 const float PI = 3.14159265358979;
 
@@ -153,7 +154,8 @@ void main()
     float lit = daylight(up, view.sun.xyz);
     float direct = max(dot(normal, sun_ecef), 0.0) * lit;
     vec3 light = 1.6 * direct + vec3(0.16, 0.19, 0.25) * lit + 0.004;
-    vec3 surface = albedo * light + texel.a * (1.0 - lit) * vec3(1.0, 0.78, 0.45);
+    float lamps = max(texel.a - LAMP_FLOOR, 0.0) / (1.0 - LAMP_FLOOR);
+    vec3 surface = albedo * light + lamps * lamps * (1.0 - lit) * vec3(1.0, 0.78, 0.45);
     vec3 through;
     vec3 dir = scaled(position);
     float t = length(dir);
