@@ -15,7 +15,7 @@ layout(location = 2) uniform ivec4 valid;  // rows [x, y), columns [z, w)
 layout(location = 3) uniform vec4 grid;    // colatitude and longitude of the first sample; steps (rad)
 layout(location = 4) uniform vec2 axes;    // A, B (m)
 
-#define HALF_CONVEX 0.01 /* slope at which convexity reaches half its range */
+#define HALF_CONVEX 0.03 /* slope at which convexity reaches half its range */
 
 ivec2 size;
 

@@ -17,7 +17,7 @@ layout(binding = 6) uniform sampler2DArray convexity_windows;
 layout(location = 0) in vec2 ndc;
 layout(location = 0) out vec4 color;
 
-#define CONVEX_CONTRAST 0.5
+#define CONVEX_CONTRAST 0.6
 #define LAMP_FLOOR 0.2 /* encoded light of unlit land in night imagery */
 
 const float PI = 3.14159265358979;
@@ -56,19 +56,24 @@ vec3 chain_normal(vec2 dlonlat, float level, vec3 up)
     return normalize(sum + rest * up);
 }
 
-// How convex the ground is at the scales of the given level and of the one four times coarser, in [-1, 1].
+float window_convexity(int level, vec2 dlonlat)
+{
+    level = max(level, 0);
+    vec2 place = window_place(levels.height_map[level], dlonlat);
+    float w = window_weight(levels.height_valid[level], levels.height_torus[level].z, place);
+    vec2 uv = (place.yx + levels.height_torus[level].yx) / vec2(textureSize(convexity_windows, 0).xy);
+    return w * textureLod(convexity_windows, vec3(uv, float(level)), 0.0).r;
+}
+
+// How convex the ground is, in [-1, 1]: at the scale of the given level and at one eight times coarser, both going over
+// to the next coarser level as the heights do.
 float convexity(vec2 dlonlat, float level)
 {
-    float sum = 0.0;
-    vec2 size = vec2(textureSize(convexity_windows, 0).xy);
-    for (int k = 0; k < 2; k++) {
-        int i = max(int(level) - 2 * k, 0);
-        vec2 place = window_place(levels.height_map[i], dlonlat);
-        float w = window_weight(levels.height_valid[i], levels.height_torus[i].z, place);
-        if (k == 0) w *= 1.0 - transition_to_coarser(fract(level));
-        sum += 0.5 * w * textureLod(convexity_windows, vec3((place.yx + levels.height_torus[i].yx) / size, float(i)), 0.0).r;
-    }
-    return sum;
+    int i = int(level);
+    float coarser = transition_to_coarser(fract(level));
+    float fine = mix(window_convexity(i, dlonlat), window_convexity(i - 1, dlonlat), coarser);
+    float wide = mix(window_convexity(i - 3, dlonlat), window_convexity(i - 4, dlonlat), coarser);
+    return 0.5 * (fine + wide);
 }
 
 // Linear colour, and in a the night's light.
