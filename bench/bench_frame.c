@@ -1,9 +1,10 @@
 // Frame times along fixed camera paths: bench_frame PLANET [WIDTH HEIGHT [REPEATS]]
 //
-// Three scenes (space 12,000 km straight down, aircraft 10 km, ground 50 m), each still, turning,
-// and moving; the cache is cold at the first frame of each scene and warm afterwards. One line of
-// JSON a scene and motion: median, 95th percentile and worst of wall and GPU time, triangles,
-// vertices placed, bytes uploaded, memory. A frame whose picture is black, or a still frame that
+// Three scenes (space 12,000 km straight down, aircraft 10 km, ground 50 m) in three variants
+// (default; every sector drawn; the original paper's 512 x 20 rings), each still, turning, and
+// moving. The tile cache is cold at the first scene only. One line of JSON a scene, variant and
+// motion: median, 95th percentile and worst of wall and GPU time, the median's ratio to the default
+// variant's, triangles, vertices placed, bytes uploaded, memory. A black frame, or a still one that
 // uploads, fails the bench.
 #include <epoxy/gl.h>
 #include <stdio.h>
@@ -41,6 +42,19 @@ static const struct scene SCENES[] = {
      3.75e-5},
 };
 
+struct variant {
+    const char *name;
+    perigee_view_params params;
+};
+
+static const struct variant VARIANTS[] = {
+    {"default", {0}},
+    {"no_cull", {.no_cull = true}},
+    {"paper_rings", {.azimuth_steps = 512, .rings_per_level = 20}},
+};
+
+enum { MOTIONS = 3, VARIANT_COUNT = sizeof VARIANTS / sizeof *VARIANTS };
+
 static double now_s(void)
 {
     struct timespec t;
@@ -68,90 +82,116 @@ static int picture_is_black(int width, int height)
     return pixel[0] + pixel[1] + pixel[2] < 12;
 }
 
-// Renders `repeats` frames of a motion and prints its line. Non-zero when a frame is wrong.
-static int run(perigee_view *view, const struct scene *scene, const struct motion *motion,
-               int width, int height, int repeats)
+struct bench {
+    perigee_planet *planet;
+    int width, height, repeats;
+    double default_ms[MOTIONS]; // median wall time of the scene's first variant
+};
+
+// Times `repeats` frames of a motion after a warm-up. Non-zero when a frame is wrong.
+static int time_frames(const struct bench *b, perigee_view *view, perigee_camera c,
+                       const struct motion *motion, double *wall, double *gpu)
 {
-    static double wall[MAX_REPEATS], gpu[MAX_REPEATS];
-    perigee_camera c = scene->camera;
-    perigee_stats s, first;
     int faults = 0;
-    perigee_view_get_stats(view, &first);
-    for (int i = -WARM_UP; i < repeats; i++) {
+    for (int i = -WARM_UP; i < b->repeats; i++) {
         c.lat_deg += motion->north_deg;
         c.heading_deg += motion->heading_deg;
         double start = now_s();
-        if (perigee_view_set_camera(view, &c) || perigee_view_render(view, width, height)) return 1;
+        if (perigee_view_set_camera(view, &c) || perigee_view_render(view, b->width, b->height))
+            return 1;
         glFinish();
+        perigee_stats s;
         perigee_view_get_stats(view, &s);
         if (i < 0) continue;
         wall[i] = (now_s() - start) * 1e3;
         gpu[i] = s.gpu_ms;
         faults += motion->north_deg == 0 && s.bytes_uploaded > 0;
     }
-    faults += picture_is_black(width, height);
+    return faults + picture_is_black(b->width, b->height);
+}
+
+static void print_costs(const struct bench *b, const perigee_stats *s, const perigee_stats *first)
+{
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
-    printf("{\"scene\": \"%s\", \"motion\": \"%s\", \"renderer\": \"%s\", \"width\": %d, "
-           "\"height\": %d, \"frames\": %d",
-           scene->name, motion->name, glGetString(GL_RENDERER), width, height, repeats);
-    print_times("wall_ms", wall, repeats);
-    print_times("gpu_ms", gpu, repeats);
-    printf(", \"levels\": \"%u-%u\", \"triangles\": %llu, \"triangles_total\": %llu", s.first_level,
-           s.last_level, (unsigned long long)s.triangles_drawn,
-           (unsigned long long)s.triangles_total);
+    int frames = b->repeats + WARM_UP;
+    printf(", \"levels\": \"%u-%u\", \"triangles\": %llu, \"triangles_total\": %llu",
+           s->first_level, s->last_level, (unsigned long long)s->triangles_drawn,
+           (unsigned long long)s->triangles_total);
     printf(", \"placed_a_frame\": %.0f, \"bytes_a_frame\": %.0f",
-           (double)(s.total_vertices_placed - first.total_vertices_placed) / (repeats + WARM_UP),
-           (double)(s.total_bytes_uploaded - first.total_bytes_uploaded) / (repeats + WARM_UP));
-    printf(", \"gpu_mib\": %.1f, \"peak_mib\": %.0f, \"faults\": %d}\n",
-           (double)s.gpu_bytes / 1048576, (double)usage.ru_maxrss / 1024, faults);
+           (double)(s->total_vertices_placed - first->total_vertices_placed) / frames,
+           (double)(s->total_bytes_uploaded - first->total_bytes_uploaded) / frames);
+    printf(", \"gpu_mib\": %.1f, \"peak_mib\": %.0f", (double)s->gpu_bytes / 1048576,
+           (double)usage.ru_maxrss / 1024);
+}
+
+static int run_motion(struct bench *b, perigee_view *view, const struct scene *scene,
+                      const struct variant *variant, const struct motion *motions, int k)
+{
+    static double wall[MAX_REPEATS], gpu[MAX_REPEATS];
+    perigee_stats s, first;
+    perigee_view_get_stats(view, &first);
+    int faults = time_frames(b, view, scene->camera, &motions[k], wall, gpu);
+    perigee_view_get_stats(view, &s);
+    printf(
+        "{\"version\": \"%s\", \"renderer\": \"%s\", \"width\": %d, \"height\": %d, \"frames\": %d",
+        perigee_version(), glGetString(GL_RENDERER), b->width, b->height, b->repeats);
+    printf(", \"scene\": \"%s\", \"variant\": \"%s\", \"motion\": \"%s\"", scene->name,
+           variant->name, motions[k].name);
+    print_times("wall_ms", wall, b->repeats); // sorts
+    print_times("gpu_ms", gpu, b->repeats);
+    double median = wall[b->repeats / 2];
+    if (variant == VARIANTS) b->default_ms[k] = median;
+    printf(", \"ratio\": %.2f", median / b->default_ms[k]);
+    print_costs(b, &s, &first);
+    printf(", \"faults\": %d}\n", faults);
     return faults;
 }
 
-static int run_scene(perigee_planet *planet, const struct scene *scene, int width, int height,
-                     int repeats)
+static int run_scene(struct bench *b, struct scene s, const struct variant *variant)
 {
     perigee_view *view;
-    double start = now_s();
-    struct scene s = *scene;
-    double ground = 0;
+    double start = now_s(), ground = 0;
     if (s.camera.alt_m < 1000 &&
-        !perigee_planet_height(planet, s.camera.lat_deg, s.camera.lon_deg, &ground))
+        !perigee_planet_height(b->planet, s.camera.lat_deg, s.camera.lon_deg, &ground))
         s.camera.alt_m += ground;
-    if (perigee_view_create(planet, NULL, &view)) return 1;
+    if (perigee_view_create(b->planet, &variant->params, &view)) return 1;
     int faults = perigee_view_set_camera(view, &s.camera) ||
-                 perigee_view_wait(view, width, height, 120) ||
-                 perigee_view_render(view, width, height);
+                 perigee_view_wait(view, b->width, b->height, 120) ||
+                 perigee_view_render(view, b->width, b->height);
     glFinish();
-    printf("{\"scene\": \"%s\", \"first_complete_frame_s\": %.2f}\n", s.name, now_s() - start);
-    const struct motion motions[] = {{"still", 0, 0}, {"turning", 0, 1}, {"moving", s.step_deg, 0}};
-    for (int i = 0; i < 3 && !faults; i++)
-        faults += run(view, &s, &motions[i], width, height, repeats);
+    printf("{\"scene\": \"%s\", \"variant\": \"%s\", \"first_complete_frame_s\": %.2f}\n", s.name,
+           variant->name, now_s() - start);
+    const struct motion motions[MOTIONS] = {
+        {"still", 0, 0}, {"turning", 0, 1}, {"moving", s.step_deg, 0}};
+    for (int k = 0; k < MOTIONS && !faults; k++)
+        faults += run_motion(b, view, &s, variant, motions, k);
     perigee_view_destroy(&view);
     return faults;
 }
 
 int main(int argc, char **argv)
 {
-    int width = argc > 3 ? atoi(argv[2]) : 1280, height = argc > 3 ? atoi(argv[3]) : 960;
-    int repeats = argc > 4 ? atoi(argv[4]) : 40;
-    if (argc < 2 || repeats < 1 || repeats > MAX_REPEATS) {
+    struct bench b = {.width = argc > 3 ? atoi(argv[2]) : 1280,
+                      .height = argc > 3 ? atoi(argv[3]) : 960,
+                      .repeats = argc > 4 ? atoi(argv[4]) : 40};
+    if (argc < 2 || b.repeats < 1 || b.repeats > MAX_REPEATS) {
         fprintf(stderr, "usage: bench_frame PLANET [WIDTH HEIGHT [REPEATS]]   (up to %d repeats)\n",
                 MAX_REPEATS);
         return 1;
     }
     gpu_tune_allocator();
     struct gpu_context *context;
-    perigee_planet *planet = NULL;
     gpu_target target;
     const GLenum format[1] = {GL_RGBA8};
     if (gpu_context_create(&context)) return 1;
-    int faults = perigee_planet_open(argv[1], NULL, &planet) ||
-                 gpu_target_init(&target, width, height, format, 1, 0);
+    int faults = perigee_planet_open(argv[1], NULL, &b.planet) ||
+                 gpu_target_init(&target, b.width, b.height, format, 1, 0);
     if (!faults) glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
-    for (size_t i = 0; !faults && i < sizeof SCENES / sizeof *SCENES; i++)
-        faults += run_scene(planet, &SCENES[i], width, height, repeats);
-    perigee_planet_close(&planet);
+    for (size_t i = 0; i < sizeof SCENES / sizeof *SCENES; i++)
+        for (int k = 0; k < VARIANT_COUNT && !faults; k++)
+            faults += run_scene(&b, SCENES[i], &VARIANTS[k]);
+    perigee_planet_close(&b.planet);
     gpu_context_destroy(&context);
     return faults != 0;
 }

@@ -31,10 +31,9 @@ float window_height(int level, vec2 place)
 {
     vec4 torus = levels.height_torus[level];
     ivec2 size = textureSize(height_windows, 0).xy;
-    if (view.mode.y != 0u) {
-        vec2 uv = (place.yx + torus.yx) / vec2(size);
-        return textureLod(height_windows, vec3(uv, float(level)), 0.0).r;
-    }
+#ifdef HARDWARE_FILTER
+    return textureLod(height_windows, vec3((place.yx + torus.yx) / vec2(size), float(level)), 0.0).r;
+#else
     vec2 p = place - 0.5;
     vec2 base = floor(p);
     vec2 f = p - base;
@@ -46,6 +45,7 @@ float window_height(int level, vec2 place)
     float north = h00 * (1.0 - f.y) + h01 * f.y;
     float south = h10 * (1.0 - f.y) + h11 * f.y;
     return north * (1.0 - f.x) + south * f.x;
+#endif
 }
 
 // Share of the next coarser level at a fraction f in [0, 1] of the way in from a level's outer ring.

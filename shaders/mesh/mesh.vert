@@ -17,7 +17,7 @@ void main()
     gl_Position = view.clip_from_meridian * vec4(position, 1.0);
     ring_ne = ring.xy;
 #ifdef TEXCOORD_VERTEX
-    uint row = uint(gl_VertexID) / view.layers.w;
-    map_dlonlat = map_of_ring(ring, min(float(row) / float(view.layers.z), float(view.mode.w) + 1.0));
+    uint row = uint(gl_VertexID) / view.rings.w;
+    map_dlonlat = map_of_ring(ring, min(float(row) / float(view.rings.z), float(view.rings.y) + 1.0));
 #endif
 }

@@ -25,7 +25,7 @@ void main()
     uint i = gl_GlobalInvocationID.x;
     if (i >= cell.y * cell.w) return;
     uint row = cell.x + i / cell.w, column = cell.z + i % cell.w;
-    uint columns = view.layers.w, rings = view.layers.z, last = view.mode.w;
+    uint columns = view.rings.w, rings = view.rings.z, last = view.rings.y;
     uint vertex = row * columns + column;
     uint ring_row = row;
     vec3 r;

@@ -1,4 +1,4 @@
-// Shades every pixel once: map coordinates from the ring coordinates, exactly here; colour, normal and light from there.
+// Shades every pixel of the planet once: map coordinates from the ring coordinates, exactly here; colour, normal and light from there.
 #include "lib/map.glsl"
 #include "lib/windows.glsl"
 #include "lib/octahedron.glsl"
@@ -107,24 +107,11 @@ vec3 ecef_of_meridian(vec3 v)
     return vec3(c * v.x - s * v.y, s * v.x + c * v.y, v.z);
 }
 
-vec3 sky(vec3 ray)
-{
-    vec3 dir = normalize(scaled(ray));
-    float along = -dot(view.camera.xyz, dir);
-    vec3 densest = view.camera.xyz + max(along, 0.0) * dir;
-    vec3 through;
-    return air_scatter(dir, -1.0, daylight(normalize(densest), view.sun.xyz), dot(normalize(ray), view.sun.xyz), through);
-}
-
 void main()
 {
     vec3 ray = view.ray_centre.xyz + ndc.x * view.ray_right.xyz + ndc.y * view.ray_up.xyz;
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(depth_buffer, pixel, 0).r;
-    if (depth <= 0.0) {
-        color = vec4(sky(ray), 0.0);
-        return;
-    }
     vec3 position = ray * (view.screen.z / depth); // meridian frame, from the camera
     float distance = length(position);
     vec3 unit = view.camera.xyz + scaled(position);

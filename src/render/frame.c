@@ -4,16 +4,15 @@
 
 #include "gpu/program.h"
 
-status frame_init(frame *f, bool texcoord_vertex)
+status frame_init(frame *f, const char *defines, bool texcoord_vertex)
 {
     memset(f, 0, sizeof *f);
     f->texcoord_vertex = texcoord_vertex;
-    const char *defines = texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : NULL;
-    status s = gpu_program_create_render("shade/fullscreen.vert", "shade/shade.frag", defines,
-                                         &f->shade_program);
+    const char *vert = "shade/fullscreen.vert";
+    status s = gpu_program_create_render(vert, "shade/shade.frag", defines, &f->shade_program);
+    if (!s) s = gpu_program_create_render(vert, "shade/sky.frag", defines, &f->sky_program);
     if (!s)
-        s = gpu_program_create_render("shade/fullscreen.vert", "resolve/resolve.frag", NULL,
-                                      &f->resolve_program);
+        s = gpu_program_create_render(vert, "resolve/resolve.frag", defines, &f->resolve_program);
     if (s) return s;
     glCreateVertexArrays(1, &f->empty_array);
     glCreateBuffers(1, &f->view_buffer);
@@ -29,6 +28,7 @@ void frame_deinit(frame *f)
     gpu_target_deinit(&f->geometry);
     gpu_target_deinit(&f->light);
     if (f->shade_program) glDeleteProgram(f->shade_program);
+    if (f->sky_program) glDeleteProgram(f->sky_program);
     if (f->resolve_program) glDeleteProgram(f->resolve_program);
     glDeleteVertexArrays(1, &f->empty_array);
     const GLuint buffers[2] = {f->view_buffer, f->levels_buffer};
@@ -44,7 +44,7 @@ status frame_resize(frame *f, int width, int height)
     const GLenum geometry[2] = {GL_RG32F, GL_RG32F}, light[1] = {GL_RGBA16F};
     status s = gpu_target_init(&f->geometry, width, height, geometry, f->texcoord_vertex ? 2 : 1,
                                GL_DEPTH_COMPONENT32F);
-    if (!s) s = gpu_target_init(&f->light, width, height, light, 1, 0);
+    if (!s) s = gpu_target_init(&f->light, width, height, light, 1, GL_DEPTH_COMPONENT32F);
     if (s) {
         gpu_target_deinit(&f->geometry);
         gpu_target_deinit(&f->light);
@@ -60,7 +60,7 @@ status frame_resize(frame *f, int width, int height)
 size_t frame_target_bytes(const frame *f)
 {
     size_t pixels = (size_t)f->light.width * (size_t)f->light.height;
-    return pixels * (8u + 4u + (f->texcoord_vertex ? 16u : 8u));
+    return pixels * (8u + 4u + 4u + (f->texcoord_vertex ? 16u : 8u));
 }
 
 void frame_set_blocks(frame *f, const struct view_block *view, const struct levels_block *levels)
@@ -100,7 +100,6 @@ void frame_begin_geometry(frame *f, const struct windows *w)
 
 static void full_screen(frame *f, GLuint program)
 {
-    glDisable(GL_DEPTH_TEST);
     glDisable(GL_CULL_FACE);
     glUseProgram(program);
     glBindVertexArray(f->empty_array);
@@ -119,7 +118,17 @@ void frame_shade(frame *f, const struct windows *w)
     glBindTextureUnit(4, f->geometry.depth);
     glBindTextureUnit(6, windows_convexity(w));
     if (f->texcoord_vertex) glBindTextureUnit(5, f->geometry.colors[1]);
+    glBlitNamedFramebuffer(f->geometry.framebuffer, f->light.framebuffer, 0, 0, f->light.width,
+                           f->light.height, 0, 0, f->light.width, f->light.height,
+                           GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    // The triangle lies at depth 0, which is infinity: it differs from the planet's depth and
+    // equals the sky's.
+    glDepthMask(GL_FALSE);
+    glDepthFunc(GL_NOTEQUAL);
     full_screen(f, f->shade_program);
+    glDepthFunc(GL_EQUAL);
+    full_screen(f, f->sky_program);
+    glDepthMask(GL_TRUE);
 }
 
 void frame_resolve(frame *f, GLuint framebuffer, bool antialias)
@@ -130,6 +139,7 @@ void frame_resolve(frame *f, GLuint framebuffer, bool antialias)
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_STENCIL_TEST);
     glDisable(GL_FRAMEBUFFER_SRGB);
+    glDisable(GL_DEPTH_TEST);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glBindTextureUnit(0, f->light.colors[0]);
     glBindTextureUnit(1, f->geometry.depth);

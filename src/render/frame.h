@@ -14,13 +14,15 @@
 
 typedef struct frame {
     gpu_target geometry; // ring coordinates RG32F (and map coordinates RG32F), depth 32F reversed
-    gpu_target light;    // linear RGBA16F, a = 1 on the planet
+    gpu_target
+        light; // linear RGBA16F, a = 1 on the planet; a copy of the depth, which chooses the shader
     GLuint view_buffer, levels_buffer;
-    GLuint shade_program, resolve_program, empty_array;
+    GLuint shade_program, sky_program, resolve_program, empty_array;
     bool texcoord_vertex;
 } frame;
 
-status frame_init(frame *f, bool texcoord_vertex);
+// `defines`: text put before the shaders. ERR_GPU.
+status frame_init(frame *f, const char *defines, bool texcoord_vertex);
 void frame_deinit(frame *f);
 
 // Makes the targets fit; nothing when they do already.

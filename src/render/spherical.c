@@ -124,11 +124,10 @@ status spherical_create(const spherical_params *params, struct spherical **out)
     s->counts = NEW_ARRAY(GLsizei, cells);
     s->offsets = NEW_ARRAY(const void *, cells);
     s->bases = NEW_ARRAY(GLint, cells);
-    const char *defines = params->texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : NULL;
     status r = make_buffers(s);
-    if (!r) r = gpu_program_create_compute("place/place.comp", NULL, &s->place_program);
+    if (!r) r = gpu_program_create_compute("place/place.comp", params->defines, &s->place_program);
     if (!r)
-        r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", defines,
+        r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", params->defines,
                                       &s->mesh_program);
     if (r) spherical_destroy(&s);
     *out = s;

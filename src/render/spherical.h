@@ -15,7 +15,7 @@ struct spherical;
 
 typedef struct spherical_params {
     ring_params rings;
-    bool texcoord_vertex;
+    const char *defines; // text put before the shaders
 } spherical_params;
 
 struct spherical_counts {

@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -48,6 +49,10 @@ static status check_params(perigee_view_params *p)
 
 static status create_parts(perigee_view *v)
 {
+    char defines[128];
+    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s", (int)v->params.transform,
+             v->params.hardware_filter ? "#define HARDWARE_FILTER 1\n" : "",
+             v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "");
     v->pool = pool_create(v->params.threads, 256);
     windows_params w = {.pyramid = v->planet->pyramid,
                         .pool = v->pool,
@@ -56,10 +61,10 @@ static status create_parts(perigee_view *v)
     spherical_params g = {.rings = {.azimuth_steps = v->params.azimuth_steps,
                                     .rings_per_level = v->params.rings_per_level,
                                     .levels = v->params.levels},
-                          .texcoord_vertex = v->params.texcoord_vertex};
+                          .defines = defines};
     status s = windows_create(&w, &v->windows);
     if (!s) s = spherical_create(&g, &v->spherical);
-    if (!s) s = frame_init(&v->frame, v->params.texcoord_vertex);
+    if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex);
     return s;
 }
 
@@ -207,12 +212,11 @@ static void fill_view_block(const perigee_view *v, struct view_block *b)
 {
     memset(b, 0, sizeof *b);
     projection_fill_block(&v->projection, sun_direction(v), !v->params.no_sky_glow, b);
-    const uint32_t mode[4] = {v->params.transform, v->params.hardware_filter, (uint32_t)v->first,
-                              (uint32_t)v->last};
-    const uint32_t layers[4] = {(uint32_t)v->last, (uint32_t)windows_color_levels(v->windows) - 1,
-                                (uint32_t)v->params.rings_per_level,
-                                (uint32_t)v->params.azimuth_steps + 2};
-    memcpy(b->mode, mode, sizeof mode);
+    const uint32_t rings[4] = {(uint32_t)v->first, (uint32_t)v->last,
+                               (uint32_t)v->params.rings_per_level,
+                               (uint32_t)v->params.azimuth_steps + 2};
+    const uint32_t layers[4] = {(uint32_t)v->last, (uint32_t)windows_color_levels(v->windows) - 1};
+    memcpy(b->rings, rings, sizeof rings);
     memcpy(b->layers, layers, sizeof layers);
 }
 
