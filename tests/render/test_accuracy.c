@@ -90,9 +90,49 @@ static void test_depth_is_the_terrain(void **state)
     perigee_planet_close(&planet);
 }
 
+// Every selectable way to the map draws the terrain. The smooth planet forgives map errors (its
+// slopes are below 0.01), so this guards against blunders; bounds are two to three times what was
+// measured.
+static void test_every_variant(void **state)
+{
+    (void)state;
+    static float z[SCENE_WIDTH * SCENE_HEIGHT];
+    const struct {
+        const char *name;
+        perigee_view_params params;
+        double rms;
+    } variants[] = {
+        {"stable", {0}, 0.0002},
+        {"exact", {.transform = PERIGEE_TRANSFORM_EXACT}, 0.0015},
+        {"approx", {.transform = PERIGEE_TRANSFORM_APPROX}, 0.001},
+        {"blend", {.transform = PERIGEE_TRANSFORM_BLEND}, 0.0005},
+        {"vertex", {.texcoord_vertex = true}, 0.0002},
+        {"hardware", {.hardware_filter = true}, 0.0002},
+    };
+    perigee_planet *planet = scene_planet();
+    struct check_random r = {5};
+    for (size_t i = 0; i < sizeof variants / sizeof *variants; i++) {
+        perigee_view *view = scene_view(planet, &variants[i].params);
+        perigee_camera c = {
+            .lat_deg = 45, .lon_deg = 12, .heading_deg = 100, .pitch_deg = -20, .fov_deg = 60};
+        c.alt_m = 10000 + analytic_height(c.lat_deg * M_PI / 180, c.lon_deg * M_PI / 180);
+        scene_render(view, &c, SCENE_WIDTH, SCENE_HEIGHT);
+        perigee_planes planes = {.z_m = z};
+        assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+        struct result s = compare(&c, z, &r);
+        print_message("%-8s: rms %.5f  99.9 %% %.5f  worst %.5f px\n", variants[i].name, s.rms,
+                      s.p999, s.worst);
+        assert_true(s.compared > PIXELS / 6);
+        assert_true(s.rms <= variants[i].rms);
+        perigee_view_destroy(&view);
+    }
+    perigee_planet_close(&planet);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_depth_is_the_terrain)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_depth_is_the_terrain),
+                                       cmocka_unit_test(test_every_variant)};
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
