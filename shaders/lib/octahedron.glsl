@@ -6,11 +6,12 @@ vec2 octahedron_encode(vec3 n)
     return n.z >= 0.0 ? n.xy : (1.0 - abs(n.yx)) * s;
 }
 
+// Not normalised: its length lies in [0.58, 1].
 vec3 octahedron_decode(vec2 e)
 {
     vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
     float t = max(-n.z, 0.0);
     n.x += n.x >= 0.0 ? -t : t;
     n.y += n.y >= 0.0 ? -t : t;
-    return normalize(n);
+    return n;
 }

@@ -66,14 +66,16 @@ float window_convexity(int level, vec2 dlonlat)
 }
 
 // How convex the ground is, in [-1, 1]: at the scale of the given level and at one eight times coarser, both going over
-// to the next coarser level as the heights do.
+// to the next coarser level as the heights do. A loop, because software drivers skip a loop that no pixel is in.
 float convexity(vec2 dlonlat, float level)
 {
     int i = int(level);
-    float coarser = transition_to_coarser(fract(level));
-    float fine = mix(window_convexity(i, dlonlat), window_convexity(i - 1, dlonlat), coarser);
-    float wide = mix(window_convexity(i - 3, dlonlat), window_convexity(i - 4, dlonlat), coarser);
-    return 0.5 * (fine + wide);
+    float coarser = transition_to_coarser(fract(level)), sum = 0.0, weight = 1.0 - coarser;
+    for (int k = 0; k < (coarser > 0.0 ? 2 : 1); k++) {
+        sum += weight * (window_convexity(i - k, dlonlat) + window_convexity(i - k - 3, dlonlat));
+        weight = coarser;
+    }
+    return 0.5 * sum;
 }
 
 // Linear colour, and in a the night's light.
