@@ -69,7 +69,7 @@ perigee_status perigee_view_render_image(perigee_view *v, int width, int height,
     frame_state_save(&state);
     status s = view_prepare(v, width, height);
     if (!s) {
-        v->stats.bytes_uploaded = windows_pump(v->windows, 0);
+        view_stream(v);
         v->stats.vertices_placed = v->stats.draws = 0;
         s = samples == 1 ? image_single(v, width, height, rgb)
                          : image_supersampled(v, width, height, samples, rgb);

@@ -63,6 +63,7 @@ static status create_parts(perigee_view *v)
                                     .levels = v->params.levels},
                           .defines = defines};
     status s = windows_create(&w, &v->windows);
+    if (!s) windows_fill_coarsest(v->windows, 5);
     if (!s) s = spherical_create(&g, &v->spherical);
     if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex);
     return s;
@@ -250,6 +251,13 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
     v->stats.draws += counts.draws;
 }
 
+void view_stream(perigee_view *v)
+{
+    double now = clock_s(), dt = now - v->clock_s;
+    v->clock_s = now;
+    v->stats.bytes_uploaded = windows_pump(v->windows, dt);
+}
+
 void view_count_frame(perigee_view *v)
 {
     struct pyramid_counters tiles;
@@ -269,21 +277,20 @@ void view_count_frame(perigee_view *v)
 
 perigee_status perigee_view_render(perigee_view *v, int width, int height)
 {
-    double now = clock_s(), dt = now - v->clock_s;
-    v->clock_s = now;
+    double start = clock_s();
     struct frame_state state;
     frame_state_save(&state);
     v->stats.bytes_uploaded = v->stats.vertices_placed = v->stats.draws = 0;
     status s = view_prepare(v, width, height);
     if (!s) {
-        v->stats.bytes_uploaded = windows_pump(v->windows, dt);
+        view_stream(v);
         bool changed = windows_take_changed(v->windows);
         if (v->dirty || changed) view_draw(v, 0, 0);
         v->dirty = false;
         frame_resolve(&v->frame, (GLuint)state.framebuffer, !v->params.no_antialias);
         v->stats.draws++;
         view_count_frame(v);
-        v->stats.cpu_ms = (clock_s() - now) * 1e3;
+        v->stats.cpu_ms = (clock_s() - start) * 1e3;
     }
     frame_state_restore(&state);
     return (perigee_status)s;

@@ -35,6 +35,9 @@ status view_prepare(perigee_view *v, int width, int height);
 // Draws into the light target, jittered by so many pixels; only what changed is done again.
 void view_draw(perigee_view *v, double jitter_x, double jitter_y);
 
+// Uploads what has come, advances the fades by the time since the last call, counts the bytes.
+void view_stream(perigee_view *v);
+
 // Adds the frame just drawn to the statistics.
 void view_count_frame(perigee_view *v);
 

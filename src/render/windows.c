@@ -325,6 +325,18 @@ size_t windows_pump(struct windows *w, double dt_s)
     return gpu_upload_total(w->upload) - before;
 }
 
+void windows_fill_coarsest(struct windows *w, double timeout_s)
+{
+    windows_move(w, 0, 0, 0);
+    // clipmap_wait returns when a strip is ready; its own timeout bounds each turn.
+    for (int turn = 0; turn < 1000; turn++) {
+        windows_pump(w, -1);
+        if (windows_complete(w)) return;
+        glFinish(); // lets the upload ring's share be used again
+        if (!windows_wait(w, timeout_s)) return;
+    }
+}
+
 bool windows_take_heights_changed(struct windows *w)
 {
     bool changed = w->heights_changed;

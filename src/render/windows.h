@@ -32,6 +32,10 @@ int windows_color_levels(const struct windows *w);
 // Sets the focus (geodetic, rad) and the finest level wanted; plans work.
 void windows_move(struct windows *w, double lat, double lon, int last);
 
+// Fills the coarsest level of every layer now, so that there is something to show from the first
+// frame on. Blocks, at most timeout_s.
+void windows_fill_coarsest(struct windows *w, double timeout_s);
+
 // Uploads finished strips within the frame's budget and computes their normals. dt_s advances the
 // fades; negative: fades end now. Returns the bytes uploaded.
 size_t windows_pump(struct windows *w, double dt_s);

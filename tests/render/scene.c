@@ -35,16 +35,21 @@ perigee_view *scene_view(perigee_planet *planet, const perigee_view_params *para
     return view;
 }
 
-void scene_render(perigee_view *view, const perigee_camera *camera, int width, int height)
+void scene_bind(int width, int height)
 {
     if (target.width != width || target.height != height) {
         const GLenum format[1] = {GL_RGBA8};
         gpu_target_deinit(&target);
         assert_int_equal(gpu_target_init(&target, width, height, format, 1, 0), 0);
     }
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+}
+
+void scene_render(perigee_view *view, const perigee_camera *camera, int width, int height)
+{
+    scene_bind(width, height);
     assert_int_equal(perigee_view_set_camera(view, camera), 0);
     assert_int_equal(perigee_view_wait(view, width, height, 60), 0);
-    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
     assert_int_equal(perigee_view_render(view, width, height), 0);
 }
 

@@ -18,6 +18,9 @@ perigee_planet *scene_planet(void);
 // A view of it; params may be NULL.
 perigee_view *scene_view(perigee_planet *planet, const perigee_view_params *params);
 
+// Binds a framebuffer of the size.
+void scene_bind(int width, int height);
+
 // Sets the camera, waits for all data and renders into a framebuffer of the scene's size.
 void scene_render(perigee_view *view, const perigee_camera *camera, int width, int height);
 

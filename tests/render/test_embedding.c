@@ -2,6 +2,7 @@
 #include "render/scene.h"
 
 #include <epoxy/gl.h>
+#include <unistd.h>
 
 #include "base/log.h"
 
@@ -83,7 +84,8 @@ static void test_impossible_values(void **state)
     perigee_planet_close(&planet);
 }
 
-// Late data: nothing is loaded, a frame is drawn all the same, and what is missing is told.
+// Late data: only the coarsest level is loaded, the first frame shows it, and what is missing is
+// told.
 static void test_missing_is_told(void **state)
 {
     (void)state;
@@ -91,6 +93,14 @@ static void test_missing_is_told(void **state)
     perigee_view *view = scene_view(planet, NULL);
     perigee_camera c = {.lat_deg = 10, .alt_m = 5e4, .pitch_deg = -30};
     assert_int_equal(perigee_view_set_camera(view, &c), 0);
+    scene_bind(64, 64);
+    assert_int_equal(perigee_view_render(view, 64, 64), 0);
+    static float height[64 * 64];
+    perigee_planes planes = {.height_m = height};
+    assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+    double at_edge = height[63 * 64 + 32], truth = analytic_height(10 * M_PI / 180, 0);
+    print_message("first frame: %.0f m, truth nearby %.0f m\n", at_edge, truth);
+    check_near(at_edge, truth, 100); // 78 km a sample
     assert_int_not_equal(perigee_view_wait(view, 64, 64, 0), 0);
     char text[4096];
     int missing = perigee_view_missing(view, text, sizeof text);
@@ -103,12 +113,40 @@ static void test_missing_is_told(void **state)
     perigee_planet_close(&planet);
 }
 
+// Without waiting, pictures sharpen as data come: what is complete is also shown after the fades'
+// third of a second. (Fades once stood still in pictures rendered off screen.)
+static void test_late_data_fades_in(void **state)
+{
+    (void)state;
+    enum { SIZE = 64 };
+    static uint8_t first[SIZE * SIZE * 3], late[SIZE * SIZE * 3], whole[SIZE * SIZE * 3];
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    perigee_camera c = {.lat_deg = 10, .alt_m = 5e4, .pitch_deg = -30};
+    assert_int_equal(perigee_view_set_camera(view, &c), 0);
+    assert_int_equal(perigee_view_render_image(view, SIZE, SIZE, 1, first), 0);
+    perigee_stats s = {.needs_redraw = true};
+    for (int i = 0; i < 2000 && s.needs_redraw; i++) {
+        usleep(2000);
+        assert_int_equal(perigee_view_render_image(view, SIZE, SIZE, 1, late), 0);
+        perigee_view_get_stats(view, &s);
+    }
+    assert_false(s.needs_redraw);
+    assert_int_equal(perigee_view_wait(view, SIZE, SIZE, 60), 0);
+    assert_int_equal(perigee_view_render_image(view, SIZE, SIZE, 1, whole), 0);
+    assert_memory_equal(late, whole, sizeof whole);
+    assert_memory_not_equal(first, whole, sizeof whole);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_state_is_left_alone),
         cmocka_unit_test(test_impossible_values),
         cmocka_unit_test(test_missing_is_told),
+        cmocka_unit_test(test_late_data_fades_in),
     };
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
