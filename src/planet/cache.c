@@ -184,12 +184,28 @@ static status make_entry(struct cache *c, struct entry *e, tile_id id)
     return s;
 }
 
+static struct entry *find(struct cache *c, tile_id id)
+{
+    struct entry *e = *bucket_of(c, id);
+    while (e && !tile_id_equal(e->tile.id, id)) e = e->chain;
+    return e;
+}
+
+const pyramid_tile *cache_peek(struct cache *c, tile_id id)
+{
+    pthread_mutex_lock(&c->lock);
+    struct entry *e = find(c, id);
+    if (e && e->state != READY) e = NULL;
+    if (e && e->holders++ == 0) idle_remove(e);
+    pthread_mutex_unlock(&c->lock);
+    return e ? &e->tile : NULL;
+}
+
 status cache_acquire(struct cache *c, tile_id id, const pyramid_tile **out)
 {
     *out = NULL;
     pthread_mutex_lock(&c->lock);
-    struct entry *e = *bucket_of(c, id);
-    while (e && !tile_id_equal(e->tile.id, id)) e = e->chain;
+    struct entry *e = find(c, id);
     status s = OK;
     if (e) s = wait_for(c, e);
     else if ((e = obtain(c))) s = make_entry(c, e, id);

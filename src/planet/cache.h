@@ -21,6 +21,10 @@ void cache_destroy(struct cache **cache); // no tile may be held
 // Holds the tile until released. A tile that another thread is making is waited for: it is made
 // once. Tiles beyond the bound exist only while every other one is held.
 status cache_acquire(struct cache *cache, tile_id id, const pyramid_tile **out);
+
+// Holds the tile if it is in memory and made; NULL otherwise. Never waits for a tile.
+const pyramid_tile *cache_peek(struct cache *cache, tile_id id);
+
 void cache_release(struct cache *cache, const pyramid_tile **tile);
 
 // bytes: of all tiles now in memory; hits: acquisitions that made nothing.

@@ -1,6 +1,6 @@
-// A tile is its stored samples, and where there are none, a function of its parent's whole zoom: a
-// patch upsampled, plus the synthetic residual. Making a tile acquires the parents around it, which
-// may be made in turn; each level holds at most one parent at a time, while it copies from it.
+// A tile is its stored samples, and where there are none, the zoom before upsampled (region.h)
+// plus, for heights, the synthetic residual. Making a tile acquires stored tiles of coarser zooms,
+// holding one at a time while it copies from it; other tiles it uses only if they are in the cache.
 #include "planet/pyramid.h"
 
 #include <assert.h>
@@ -12,7 +12,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "planet/cache.h"
-#include "planet/patch.h"
+#include "planet/region.h"
 #include "planet/synthesis.h"
 #include "planet/tile_index.h"
 #include "planet/upsample.h"
@@ -50,65 +50,101 @@ static status read_stored(struct pyramid *p, tile_id id, void *out, bool *found)
     return OK;
 }
 
-static status fetch_block(void *user, const patch_block *b)
+static bool is_stored(const struct pyramid *p, tile_id id)
 {
-    struct pyramid *p = user;
-    const pyramid_tile *tile;
-    status s = cache_acquire(p->cache, b->tile, &tile);
-    if (s) return s;
+    if (tile_index_readable(p->index[id.layer], id)) return true;
+    tile_id night = {LAYER_NIGHT, id.zoom, id.row, id.col};
+    return id.layer == LAYER_COLOR && tile_index_readable(p->index[LAYER_NIGHT], night);
+}
+
+static void copy_block(const pyramid_tile *tile, const region_block *b)
+{
     for (int r = 0; r < b->rows; r++) {
-        size_t at = (size_t)(b->row + r) * TILE_SIZE + b->col;
-        float *out = b->out + (size_t)r * b->stride;
+        size_t at = (size_t)(b->row + r) * TILE_SIZE + (size_t)b->col;
+        float *out = b->out + (size_t)r * (size_t)b->stride;
         if (tile->heights) memcpy(out, tile->heights + at, (size_t)b->cols * sizeof *out);
         else
-            for (int i = 0; i < 4 * b->cols; i++) out[i] = tile->rgba[4 * at + i];
+            for (int i = 0; i < 4 * b->cols; i++) out[i] = tile->rgba[4 * at + (size_t)i];
     }
+}
+
+static status fetch_block(void *user, const region_block *b, bool stored, bool *found)
+{
+    struct pyramid *p = user;
+    const pyramid_tile *tile = NULL;
+    status s = OK;
+    if (is_stored(p, b->tile) || b->tile.zoom == 0) s = cache_acquire(p->cache, b->tile, &tile);
+    else if (!stored) tile = cache_peek(p->cache, b->tile);
+    *found = tile != NULL;
+    if (!tile) return s;
+    copy_block(tile, b);
     cache_release(p->cache, &tile);
     return OK;
 }
 
-// One made row: the patch upsampled, and where `amplitude` is given, with its residual.
-static void make_row(const struct patch *patch, int row, const float *amplitude,
-                     const synthesis_columns *columns, float out[TILE_SIZE])
+static bool synthesises(const struct pyramid *p)
 {
-    bool flat[TILE_SIZE], any = false;
-    upsample_height_row(patch, row, out, flat);
-    if (!amplitude) return;
-    float share[TILE_SIZE], noise[TILE_SIZE];
-    upsample_linear_row(patch, amplitude, row, share);
-    for (int i = 0; i < TILE_SIZE; i++) {
+    return p->synthesis && p->meta->synthesis_gain > 0.0;
+}
+
+// What synthesis needs for all rows of a region.
+struct residual {
+    float *amplitude; // at the parent's samples; NULL: no residual
+    double cos_lon[REGION_MAX_COLS], sin_lon[REGION_MAX_COLS];
+};
+
+static status residual_init(const struct pyramid *p, struct residual *residual,
+                            const region *parent, const region *child)
+{
+    residual->amplitude = NULL;
+    if (!synthesises(p)) return OK;
+    residual->amplitude =
+        malloc(sizeof *residual->amplitude * (size_t)parent->rows * (size_t)parent->cols);
+    if (!residual->amplitude) return ERR_MEMORY;
+    synthesis_relief(parent, residual->amplitude);
+    synthesis_amplitude(parent, p->meta->synthesis_gain, p->meta->max_zoom[LAYER_HEIGHT],
+                        p->meta->ellipsoid.a, residual->amplitude);
+    synthesis_columns(child, residual->cos_lon, residual->sin_lon);
+    return OK;
+}
+
+static void add_residual(const struct residual *residual, const region *parent, const region *child,
+                         int row, const bool *flat, float *out)
+{
+    float share[REGION_MAX_COLS], noise[REGION_MAX_COLS];
+    bool any = false;
+    upsample_linear_row(parent, residual->amplitude, child, row, share);
+    for (int i = 0; i < child->cols; i++) {
         share[i] = flat[i] ? 0.0f : share[i];
         any |= share[i] > 0.0f;
     }
     if (!any) return;
-    int zoom = patch->child.zoom;
-    synthesis_noise_row(columns, zoom, grid_lat(zoom, (int64_t)TILE_SIZE * patch->child.row + row),
-                        noise);
-    for (int i = 0; i < TILE_SIZE; i++) out[i] += share[i] * noise[i];
+    synthesis_noise(residual->cos_lon, residual->sin_lon, child->cols, child->zoom,
+                    grid_lat(child->zoom, child->row + row), noise);
+    for (int i = 0; i < child->cols; i++) out[i] += share[i] * noise[i];
 }
 
-// Replaces what is NaN in `heights` by what the parents give.
-static status fill_heights(struct pyramid *p, const struct patch *patch, float *heights)
+static float to_byte(float v)
 {
-    bool noisy = p->synthesis && p->meta->synthesis_gain > 0.0;
-    float *amplitude = NULL;
-    synthesis_columns columns;
-    if (noisy) {
-        amplitude = malloc(sizeof *amplitude * PATCH_ROWS * patch->cols);
-        if (!amplitude) return ERR_MEMORY;
-        synthesis_relief(patch, amplitude);
-        synthesis_amplitude(patch, p->meta->synthesis_gain, p->meta->max_zoom[LAYER_HEIGHT],
-                            p->meta->ellipsoid.a, amplitude);
-        synthesis_columns_init(&columns, patch->child);
+    return v <= 0.0f ? 0.0f : v >= 255.0f ? 255.0f : (float)(int)(v + 0.5f);
+}
+
+// One zoom from the one before. Colour is rounded at every zoom, as whole tiles are.
+static status make_region(void *user, const region *parent, const region *child)
+{
+    struct pyramid *p = user;
+    bool heights = child->layer == LAYER_HEIGHT, flat[REGION_MAX_COLS];
+    struct residual residual;
+    status s = heights ? residual_init(p, &residual, parent, child) : OK;
+    for (int row = 0; !s && row < child->rows; row++) {
+        float *out = child->data + (size_t)row * (size_t)child->stride;
+        upsample_child_row(parent, child, row, out, flat);
+        if (!heights)
+            for (int i = 0; i < 4 * child->cols; i++) out[i] = to_byte(out[i]);
+        else if (residual.amplitude) add_residual(&residual, parent, child, row, flat, out);
     }
-    for (int row = 0; row < TILE_SIZE; row++) {
-        float made[TILE_SIZE], *out = heights + row * TILE_SIZE;
-        make_row(patch, row, amplitude, &columns, made);
-        for (int i = 0; i < TILE_SIZE; i++) out[i] = isnan(out[i]) ? made[i] : out[i];
-    }
-    free(amplitude);
-    noisy ? p->synthesised++ : p->upsampled++;
-    return OK;
+    if (heights) free(residual.amplitude);
+    return s;
 }
 
 static bool has_nan(const float *heights)
@@ -129,47 +165,54 @@ static void measure_range(const float *heights, float *min, float *max)
     *max = high;
 }
 
+// All of a tile that is not stored. At zoom 0, and where nothing is stored at all, 0.
+static status make_missing(struct pyramid *p, tile_id id, int channels, float *samples)
+{
+    bool heights = id.layer == LAYER_HEIGHT;
+    if (id.zoom == 0 || (heights && tile_index_max_zoom(p->index[LAYER_HEIGHT]) < 0)) {
+        memset(samples, 0, sizeof *samples * SAMPLES * (size_t)channels);
+        return OK;
+    }
+    region tile = region_of_tile(id, channels, samples);
+    region_source source = {p, fetch_block, make_region};
+    if (heights && synthesises(p)) p->synthesised++;
+    else p->upsampled++;
+    return region_make(&source, &tile);
+}
+
 static status make_heights(struct pyramid *p, tile_id id, float *heights, float *min, float *max)
 {
     bool found;
     status s = read_stored(p, id, heights, &found);
-    if (!s && !found)
-        for (int i = 0; i < SAMPLES; i++) heights[i] = NAN;
-    if (!s && (!found || has_nan(heights))) {
-        struct patch patch;
-        if (id.zoom == 0 || tile_index_max_zoom(p->index[LAYER_HEIGHT]) < 0) {
-            for (int i = 0; i < SAMPLES; i++) heights[i] = isnan(heights[i]) ? 0.0f : heights[i];
-        } else if (!(s = patch_init(&patch, id, 1, fetch_block, p))) {
-            s = fill_heights(p, &patch, heights);
-            patch_deinit(&patch);
-        }
+    if (!s && !found) s = make_missing(p, id, 1, heights);
+    if (!s && found && has_nan(heights)) {
+        float *made = malloc(sizeof *made * SAMPLES);
+        s = made ? make_missing(p, id, 1, made) : ERR_MEMORY;
+        for (int i = 0; !s && i < SAMPLES; i++)
+            heights[i] = isnan(heights[i]) ? made[i] : heights[i];
+        free(made);
     }
     if (!s) measure_range(heights, min, max);
     return s;
 }
 
-// What a planet without imagery looks like, and no light.
-static const uint8_t BARE_GROUND[4] = {156, 150, 140, 0};
-
-// Colour and light where they are stored; both if need be from the parents.
+// Colour and light where they are stored; both if need be from the zoom before.
 static status make_rgba(struct pyramid *p, tile_id id, uint8_t *rgba)
 {
     uint8_t *stored = malloc(SAMPLES * 4); // RGB, then light
     if (!stored) return ERR_MEMORY;
-    tile_id night = id;
-    night.layer = LAYER_NIGHT;
+    tile_id night = {LAYER_NIGHT, id.zoom, id.row, id.col};
     bool has_color, has_night = false;
     status s = read_stored(p, id, stored, &has_color);
     if (!s) s = read_stored(p, night, stored + SAMPLES * 3, &has_night);
     bool color_known = has_color || tile_index_max_zoom(p->index[LAYER_COLOR]) < 0;
     bool night_known = has_night || tile_index_max_zoom(p->index[LAYER_NIGHT]) < 0;
-    struct patch patch;
-    if (s || (color_known && night_known) || id.zoom == 0) {
-        for (int i = 0; i < SAMPLES; i++) memcpy(rgba + 4 * i, BARE_GROUND, 4);
-    } else if (!(s = patch_init(&patch, id, 4, fetch_block, p))) {
-        upsample_rgba(&patch, rgba);
-        patch_deinit(&patch);
-        p->upsampled++;
+    memset(rgba, 0, SAMPLES * 4);
+    if (!s && id.zoom > 0 && !(color_known && night_known)) {
+        float *made = malloc(sizeof *made * SAMPLES * 4);
+        s = made ? make_missing(p, id, 4, made) : ERR_MEMORY;
+        for (int i = 0; !s && i < SAMPLES * 4; i++) rgba[i] = (uint8_t)made[i];
+        free(made);
     }
     for (int i = 0; !s && has_color && i < SAMPLES; i++) memcpy(rgba + 4 * i, stored + 3 * i, 3);
     for (int i = 0; !s && has_night && i < SAMPLES; i++) rgba[4 * i + 3] = stored[3 * SAMPLES + i];

@@ -28,14 +28,15 @@
 
 static const double lattice_offset = 0x1p30; // makes every lattice coordinate positive
 
-void synthesis_columns_init(synthesis_columns *columns, tile_id id)
+void synthesis_columns(const region *r, double *cos_lon, double *sin_lon)
 {
-    double step = grid_step_lon(id.zoom, id.row);
-    double middle = 0.5 * TILE_SIZE * grid_cols(id.zoom, id.row) - 0.5;
-    for (int i = 0; i < TILE_SIZE; i++) {
-        double lon = ((double)TILE_SIZE * id.col + i - middle) * step;
-        columns->cos_lon[i] = cos(lon);
-        columns->sin_lon[i] = sin(lon);
+    int64_t circle = 2 * (int64_t)TILE_SIZE * grid_rows(r->zoom) / r->coalesce;
+    double step = grid_step_lat(r->zoom) * r->coalesce;
+    for (int i = 0; i < r->cols; i++) {
+        int64_t col = ((r->col + i) % circle + circle) % circle;
+        double lon = ((double)(col - circle / 2) + 0.5) * step;
+        cos_lon[i] = cos(lon);
+        sin_lon[i] = sin(lon);
     }
 }
 
@@ -72,11 +73,13 @@ static inline float lerp(float a, float b, float t)
 #define PRIME_Y 0x85ebca77u
 #define PRIME_Z 0xc2b2ae3du
 
-// Splits a position in cells into the lattice point's hash and the offset from it.
-static void split_row(const double *direction, double scale, uint32_t prime, uint32_t *hash,
-                      float *offset)
+enum { RUN = 256 };
+
+// Splits positions in cells into the lattice point's hash and the offset from it.
+static void split(const double *direction, int count, double scale, uint32_t prime, uint32_t *hash,
+                  float *offset)
 {
-    for (int i = 0; i < TILE_SIZE; i++) {
+    for (int i = 0; i < count; i++) {
         double p = direction[i] * scale + lattice_offset;
         int32_t cell = (int32_t)p;
         hash[i] = (uint32_t)cell * prime;
@@ -84,19 +87,18 @@ static void split_row(const double *direction, double scale, uint32_t prime, uin
     }
 }
 
-void synthesis_noise_row(const synthesis_columns *columns, int zoom, double lat,
-                         float out[TILE_SIZE])
+// At most RUN points of one height above the equator, `pz` in cells.
+static void noise_run(const double *cos_lon, const double *sin_lon, int count, double scale,
+                      double pz, uint32_t seed, float *out)
 {
-    uint32_t hx[TILE_SIZE], hy[TILE_SIZE];
-    float fx[TILE_SIZE], fy[TILE_SIZE];
-    double frequency = 0.5 / grid_step_lat(zoom);
-    split_row(columns->cos_lon, cos(lat) * frequency, PRIME_X, hx, fx);
-    split_row(columns->sin_lon, cos(lat) * frequency, PRIME_Y, hy, fy);
-    double pz = sin(lat) * frequency + lattice_offset;
+    uint32_t hx[RUN], hy[RUN];
+    float fx[RUN], fy[RUN];
+    split(cos_lon, count, scale, PRIME_X, hx, fx);
+    split(sin_lon, count, scale, PRIME_Y, hy, fy);
     int32_t cell = (int32_t)pz;
-    uint32_t hz0 = (uint32_t)cell * PRIME_Z + (uint32_t)zoom * 0x27d4eb2fu, hz1 = hz0 + PRIME_Z;
+    uint32_t hz0 = (uint32_t)cell * PRIME_Z + seed, hz1 = hz0 + PRIME_Z;
     float z = (float)(pz - cell), z1 = z - 1.0f, w = fade(z);
-    for (int i = 0; i < TILE_SIZE; i++) {
+    for (int i = 0; i < count; i++) {
         float x = fx[i], y = fy[i], x1 = x - 1.0f, y1 = y - 1.0f, u = fade(x), v = fade(y);
         uint32_t a = hx[i], b = a + PRIME_X, c = hy[i], d = c + PRIME_Y;
         float low =
@@ -109,20 +111,23 @@ void synthesis_noise_row(const synthesis_columns *columns, int zoom, double lat,
     }
 }
 
-// Global sample row of a patch's first row, at the parent's zoom.
-static int64_t first_row(const struct patch *p)
+void synthesis_noise(const double *cos_lon, const double *sin_lon, int count, int zoom, double lat,
+                     float *out)
 {
-    return (int64_t)(TILE_SIZE / 2) * p->child.row - PATCH_MARGIN;
+    double frequency = 0.5 / grid_step_lat(zoom), scale = cos(lat) * frequency;
+    double pz = sin(lat) * frequency + lattice_offset;
+    uint32_t seed = (uint32_t)zoom * 0x27d4eb2fu;
+    for (int i = 0; i < count; i += RUN)
+        noise_run(cos_lon + i, sin_lon + i, count - i < RUN ? count - i : RUN, scale, pz, seed,
+                  out + i);
 }
 
 // Squared factor from differences between columns to differences over the latitude spacing. Held
 // at 4: nearer to a pole columns crowd together, and rounding would count as relief.
-static float column_weight(const struct patch *p, int row)
+static float column_weight(const region *r, int row)
 {
-    int zoom = p->child.zoom - 1;
-    double lat = grid_lat(zoom, first_row(p) + row);
-    double ratio = grid_step_lat(zoom) / (grid_step_lon(zoom, p->child.row / 2) * fabs(cos(lat)));
-    return (float)fmin(ratio * ratio, 4.0);
+    double shape = r->coalesce * fabs(cos(grid_lat(r->zoom, r->row + row)));
+    return (float)fmin(1.0 / (shape * shape), 4.0);
 }
 
 static float square(float x)
@@ -130,39 +135,36 @@ static float square(float x)
     return x * x;
 }
 
-void synthesis_relief(const struct patch *p, float *relief)
+void synthesis_relief(const region *r, float *relief)
 {
-    int n = p->cols;
-    float weight[PATCH_ROWS], across[PATCH_MAX_COLS], down[PATCH_MAX_COLS];
-    assert(p->channels == 1);
-    for (int r = 0; r < PATCH_ROWS; r++) weight[r] = column_weight(p, r);
-    memset(relief, 0, sizeof(float) * PATCH_ROWS * n);
-    for (int r = 1; r < PATCH_ROWS - 1; r++) {
-        const float *b = p->data + (size_t)r * n, *a = b - n, *c = b + n;
-        float wa = weight[r - 1], wb = weight[r], wc = weight[r + 1];
+    int n = r->cols;
+    float across[REGION_MAX_COLS], down[REGION_MAX_COLS];
+    assert(r->channels == 1 && r->stride == n);
+    memset(relief, 0, sizeof *relief * (size_t)r->rows * (size_t)n);
+    for (int y = 1; y < r->rows - 1; y++) {
+        const float *b = r->data + (size_t)y * (size_t)n, *a = b - n, *c = b + n;
+        float wa = column_weight(r, y - 1), wb = column_weight(r, y), wc = column_weight(r, y + 1);
         for (int i = 0; i < n - 1; i++)
             across[i] = wa * square(a[i + 1] - a[i]) + wb * square(b[i + 1] - b[i]) +
                         wc * square(c[i + 1] - c[i]);
         for (int i = 0; i < n; i++) down[i] = square(b[i] - a[i]) + square(c[i] - b[i]);
-        float *out = relief + (size_t)r * n;
+        float *out = relief + (size_t)y * (size_t)n;
         for (int i = 1; i < n - 1; i++)
             out[i] = sqrtf((across[i - 1] + across[i] + down[i - 1] + down[i] + down[i + 1]) / 12);
     }
 }
 
-void synthesis_amplitude(const struct patch *p, double gain, int data_zoom, double radius,
-                         float *relief)
+void synthesis_amplitude(const region *r, double gain, int data_zoom, double radius, float *relief)
 {
-    int below = p->child.zoom - data_zoom;
+    int below = r->zoom + 1 - data_zoom;
     double excess = fmin(gain, FIRST_GAIN_MAX) - STEADY_GAIN;
     if (excess > 0.0) excess = below >= 1 ? ldexp(excess, 2 - 2 * below) : 0.0;
-    float share = (float)(STEADY_GAIN + excess);
-    float steep = (float)(TALUS_SLOPE * radius * grid_step_lat(p->child.zoom - 1));
+    double spacing = radius * grid_step_lat(r->zoom);
+    float share = (float)(STEADY_GAIN + excess), steep = (float)(TALUS_SLOPE * spacing);
+    float least = (float)(FLOOR_SLOPE * spacing / sqrt(1.0 + spacing / FLOOR_SCALE_M));
     float inverse = 1.0f / (steep * steep);
-    double spacing = radius * grid_step_lat(p->child.zoom - 1);
-    float floor = (float)(FLOOR_SLOPE * spacing / sqrt(1.0 + spacing / FLOOR_SCALE_M));
-    for (int i = 0; i < PATCH_ROWS * p->cols; i++) {
-        float r = relief[i] > 0.0f ? sqrtf(relief[i] * relief[i] + floor * floor) : 0.0f;
-        relief[i] = share * r / (1.0f + r * r * inverse);
+    for (int i = 0; i < r->rows * r->cols; i++) {
+        float h = relief[i] > 0.0f ? sqrtf(relief[i] * relief[i] + least * least) : 0.0f;
+        relief[i] = share * h / (1.0f + h * h * inverse);
     }
 }

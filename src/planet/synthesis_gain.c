@@ -11,8 +11,7 @@ enum { TILES_A_ZOOM = 64, SAMPLES = TILE_SIZE * TILE_SIZE };
 
 struct measure {
     struct planet_writer *writer;
-    tile_id parent_id;
-    float *child, *parent, *relief;
+    float *child, *parent, *around, *relief;
     double residual2, relief2;
 };
 
@@ -29,26 +28,30 @@ static status read_heights(struct planet_writer *writer, tile_id id, float *heig
     return s;
 }
 
-// What the parent's neighbours would give is NaN, and so is not measured.
-static status fetch_parent(void *user, const patch_block *b)
+// The samples around a child, from its parent alone: what the parent's neighbours would give is
+// NaN, and so is not measured.
+static region around_child(const struct measure *m, const region *child, tile_id parent)
 {
-    const struct measure *m = user;
-    bool here = tile_id_equal(b->tile, m->parent_id);
-    for (int r = 0; r < b->rows; r++)
-        for (int i = 0; i < b->cols; i++)
-            b->out[(size_t)r * b->stride + i] =
-                here ? m->parent[(size_t)(b->row + r) * TILE_SIZE + b->col + i] : NAN;
-    return OK;
+    region r = region_parent(child);
+    r.data = m->around;
+    int64_t north = (int64_t)TILE_SIZE * parent.row, west = (int64_t)TILE_SIZE * parent.col;
+    for (int y = 0; y < r.rows; y++)
+        for (int x = 0; x < r.cols; x++) {
+            int64_t row = r.row + y - north, col = r.col + x - west;
+            bool here = row >= 0 && row < TILE_SIZE && col >= 0 && col < TILE_SIZE;
+            r.data[y * r.stride + x] = here ? m->parent[row * TILE_SIZE + col] : NAN;
+        }
+    return r;
 }
 
-static void measure_patch(struct measure *m, const struct patch *p)
+static void measure_child(struct measure *m, const region *around, const region *child)
 {
-    synthesis_relief(p, m->relief);
+    synthesis_relief(around, m->relief);
     for (int row = 0; row < TILE_SIZE; row++) {
         float up[TILE_SIZE], relief[TILE_SIZE];
         bool flat[TILE_SIZE];
-        upsample_height_row(p, row, up, flat);
-        upsample_linear_row(p, m->relief, row, relief);
+        upsample_child_row(around, child, row, up, flat);
+        upsample_linear_row(around, m->relief, child, row, relief);
         for (int i = 0; i < TILE_SIZE; i++) {
             double residual = (double)m->child[row * TILE_SIZE + i] - (double)up[i];
             if (flat[i] || !isfinite(residual) || !isfinite(relief[i])) continue;
@@ -58,17 +61,15 @@ static void measure_patch(struct measure *m, const struct patch *p)
     }
 }
 
-static status measure_tile(struct measure *m, tile_id child)
+static status measure_tile(struct measure *m, tile_id id)
 {
-    m->parent_id = tile_parent(child);
-    status s = read_heights(m->writer, m->parent_id, m->parent);
+    tile_id parent = tile_parent(id);
+    status s = read_heights(m->writer, parent, m->parent);
     if (s == ERR_NOT_FOUND) return OK;
-    if (!s) s = read_heights(m->writer, child, m->child);
-    struct patch p;
-    if (!s) s = patch_init(&p, child, 1, fetch_parent, m);
+    if (!s) s = read_heights(m->writer, id, m->child);
     if (s) return s;
-    measure_patch(m, &p);
-    patch_deinit(&p);
+    region child = region_of_tile(id, 1, m->child), around = around_child(m, &child, parent);
+    measure_child(m, &around, &child);
     return OK;
 }
 
@@ -78,7 +79,8 @@ status planet_measure_gain(struct planet_writer *writer, double *gain)
     struct measure m = {.writer = writer,
                         .child = NEW_ARRAY(float, SAMPLES),
                         .parent = NEW_ARRAY(float, SAMPLES),
-                        .relief = NEW_ARRAY(float, PATCH_ROWS *PATCH_MAX_COLS)};
+                        .around = NEW_ARRAY(float, SAMPLES * 2),
+                        .relief = NEW_ARRAY(float, SAMPLES * 2)};
     tile_id ids[TILES_A_ZOOM];
     int zoom = planet_writer_max_zoom(writer, LAYER_HEIGHT);
     status s = OK;
@@ -89,6 +91,7 @@ status planet_measure_gain(struct planet_writer *writer, double *gain)
     }
     free(m.child);
     free(m.parent);
+    free(m.around);
     free(m.relief);
     if (!s && m.relief2 > 0.0)
         *gain = clamp_double(sqrt(m.residual2 / m.relief2), SYNTHESIS_GAIN_MIN, SYNTHESIS_GAIN_MAX);
