@@ -8,9 +8,10 @@
 //     perigee_view_render(view, 1280, 960);                // into the framebuffer bound now
 //     perigee_view_destroy(&view);  perigee_planet_close(&planet);
 //
-// Angles in degrees, lengths in metres, times in seconds since 1970 (UTC). Every function that can fail returns 0 or a
-// perigee_status; perigee_last_error() says in one line what was wrong. Views: the thread of their GL context only.
-// Planets: any thread. Structs are zero-initialised by the caller; zero means the default stated.
+// Angles in degrees, lengths in metres, times in seconds since 1970 (UTC). Every function that can
+// fail returns 0 or a perigee_status; perigee_last_error() says in one line what was wrong. Views:
+// the thread of their GL context only. Planets: any thread. Structs are zero-initialised by the
+// caller; zero means the default stated.
 #ifndef PERIGEE_H
 #define PERIGEE_H
 
@@ -38,8 +39,8 @@ PERIGEE_API const char *perigee_version(void);
 PERIGEE_API const char *perigee_last_error(void);
 
 typedef struct perigee_planet_params {
-    size_t cache_bytes;   // memory for decoded tiles; 0: 256 MiB
-    bool no_synthesis;    // true: only what the data says
+    size_t cache_bytes; // memory for decoded tiles; 0: 256 MiB
+    bool no_synthesis;  // true: only what the data says
 } perigee_planet_params;
 
 typedef struct perigee_planet_info {
@@ -50,13 +51,15 @@ typedef struct perigee_planet_info {
     int height_zoom, color_zoom, night_zoom; // finest zoom stored, -1: none
 } perigee_planet_info;
 
-PERIGEE_API perigee_status perigee_planet_open(const char *path, const perigee_planet_params *params,
+PERIGEE_API perigee_status perigee_planet_open(const char *path,
+                                               const perigee_planet_params *params,
                                                perigee_planet **out);
 PERIGEE_API void perigee_planet_close(perigee_planet **planet); // after its views
 PERIGEE_API void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *out);
-// Terrain height above the ellipsoid, as rendered at the finest level. Reads tiles: may wait for the disk.
-PERIGEE_API perigee_status perigee_planet_height(perigee_planet *planet, double lat_deg, double lon_deg,
-                                                 double *height_m);
+// Terrain height above the ellipsoid, as rendered at the finest level. Reads tiles: may wait for
+// the disk.
+PERIGEE_API perigee_status perigee_planet_height(perigee_planet *planet, double lat_deg,
+                                                 double lon_deg, double *height_m);
 
 enum perigee_transform {
     PERIGEE_TRANSFORM_STABLE, // free of cancellation (default)
@@ -66,19 +69,19 @@ enum perigee_transform {
 };
 
 typedef struct perigee_view_params {
-    int threads;                // workers that read and resample; 0: one for each processor
-    int azimuth_steps;          // n; 0: 1024. A multiple of 64
-    int rings_per_level;        // m; 0: 40
-    int levels;                 // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
-    int first_level;            // coarsest level drawn; 0: by the horizon
-    int last_level;             // finest level drawn; 0: by the pixel size
+    int threads;         // workers that read and resample; 0: one for each processor
+    int azimuth_steps;   // n; 0: 1024. A multiple of 64
+    int rings_per_level; // m; 0: 40
+    int levels;          // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
+    int first_level;     // coarsest level drawn; 0: by the horizon
+    int last_level;      // finest level drawn; 0: by the pixel size
     enum perigee_transform transform;
-    bool hardware_filter;       // true: the GPU's own bilinear filter for heights (8-bit weights)
-    bool texcoord_vertex;       // true: map coordinates interpolated from the vertices, as in the paper
-    bool no_cull;               // true: draw every sector of every level in range
+    bool hardware_filter; // true: the GPU's own bilinear filter for heights (8-bit weights)
+    bool texcoord_vertex; // true: map coordinates interpolated from the vertices, as in the paper
+    bool no_cull;         // true: draw every sector of every level in range
     bool no_antialias;
     bool no_sky_glow;
-    size_t upload_bytes_frame;  // bytes uploaded a frame at most; 0: 4 MiB
+    size_t upload_bytes_frame; // bytes uploaded a frame at most; 0: 4 MiB
 } perigee_view_params;
 
 typedef struct perigee_camera {
@@ -86,63 +89,73 @@ typedef struct perigee_camera {
     double heading_deg;             // clockwise from north
     double pitch_deg;               // 0 the horizon, -90 straight down
     double roll_deg;
-    double fov_deg;                 // vertical; 0: 60
+    double fov_deg; // vertical; 0: 60
 } perigee_camera;
 
 typedef struct perigee_stats {
     uint64_t frames;
     // of the last frame
     uint32_t first_level, last_level;
-    uint64_t triangles_total;   // of all sectors of the levels in range, before culling
+    uint64_t triangles_total; // of all sectors of the levels in range, before culling
     uint64_t triangles_drawn;
     uint64_t vertices_placed;
     uint64_t bytes_uploaded;
     uint64_t draws;
-    double gpu_ms, cpu_ms;      // gpu_ms < 0 while unknown
+    double gpu_ms, cpu_ms; // gpu_ms < 0 while unknown
     // since creation
-    uint64_t total_bytes_uploaded, total_vertices_placed, tiles_decoded, tiles_synthesised, tiles_corrupt;
-    size_t gpu_bytes;           // textures and geometry, fixed at creation
-    size_t gpu_bytes_targets;   // frame-sized buffers
-    bool needs_redraw;          // data or a fade is still under way
+    uint64_t total_bytes_uploaded, total_vertices_placed, tiles_decoded, tiles_synthesised,
+        tiles_corrupt;
+    size_t gpu_bytes;         // textures and geometry, fixed at creation
+    size_t gpu_bytes_targets; // frame-sized buffers
+    bool needs_redraw;        // data or a fade is still under way
 } perigee_stats;
 
-PERIGEE_API perigee_status perigee_view_create(perigee_planet *planet, const perigee_view_params *params,
+PERIGEE_API perigee_status perigee_view_create(perigee_planet *planet,
+                                               const perigee_view_params *params,
                                                perigee_view **out);
 PERIGEE_API void perigee_view_destroy(perigee_view **view);
 
-PERIGEE_API perigee_status perigee_view_set_camera(perigee_view *view, const perigee_camera *camera);
-PERIGEE_API perigee_status perigee_view_set_time(perigee_view *view, double unix_time_s); // the sun; default: noon at the camera
+PERIGEE_API perigee_status perigee_view_set_camera(perigee_view *view,
+                                                   const perigee_camera *camera);
+PERIGEE_API perigee_status perigee_view_set_time(
+    perigee_view *view, double unix_time_s); // the sun; default: noon at the camera
 // Moves the sun to stand over the camera's meridian (perpetual noon) again.
 PERIGEE_API void perigee_view_set_time_noon(perigee_view *view);
 
-// Renders one frame into the framebuffer bound now, viewport (0, 0, width, height). Never waits for data.
+// Renders one frame into the framebuffer bound now, viewport (0, 0, width, height). Never waits for
+// data.
 PERIGEE_API perigee_status perigee_view_render(perigee_view *view, int width, int height);
 
-// Streams until every visible level is complete or timeout_s has passed: 0 or the code for a timeout.
-PERIGEE_API perigee_status perigee_view_wait(perigee_view *view, int width, int height, double timeout_s);
-// What is missing now, one "layer level: strips" entry a line, into text (cut to size). Returns the number of entries.
+// Streams until every visible level is complete or timeout_s has passed: 0 or the code for a
+// timeout.
+PERIGEE_API perigee_status perigee_view_wait(perigee_view *view, int width, int height,
+                                             double timeout_s);
+// What is missing now, one "layer level: strips" entry a line, into text (cut to size). Returns the
+// number of entries.
 PERIGEE_API int perigee_view_missing(const perigee_view *view, char *text, size_t size);
 
 PERIGEE_API void perigee_view_get_stats(const perigee_view *view, perigee_stats *out);
 
-// Per-pixel truth of the last frame, top row first, each plane width * height floats; NULL planes are skipped. Sky pixels
-// are NaN (level: -1). Waits for the GPU.
+// Per-pixel truth of the last frame, top row first, each plane width * height floats; NULL planes
+// are skipped. Sky pixels are NaN (level: -1). Waits for the GPU.
 typedef struct perigee_planes {
-    float *r, *g, *b;      // linear light
-    float *z_m;            // distance along the view axis
-    float *height_m;       // above the ellipsoid
+    float *r, *g, *b; // linear light
+    float *z_m;       // distance along the view axis
+    float *height_m;  // above the ellipsoid
     double *lat_deg, *lon_deg;
-    float *level;          // continuous level of detail
+    float *level; // continuous level of detail
 } perigee_planes;
 PERIGEE_API perigee_status perigee_view_read_planes(perigee_view *view, perigee_planes *planes);
 
-// Renders off screen at any size, supersampled `samples` x `samples` times (1-8), into 8-bit sRGB RGB, top row first.
-PERIGEE_API perigee_status perigee_view_render_image(perigee_view *view, int width, int height, int samples,
-                                                     uint8_t *rgb);
+// Renders off screen at any size, supersampled `samples` x `samples` times (1-8), into 8-bit sRGB
+// RGB, top row first.
+PERIGEE_API perigee_status perigee_view_render_image(perigee_view *view, int width, int height,
+                                                     int samples, uint8_t *rgb);
 
-// Geodetic point under a pixel of the last frame (0, 0 the top left corner); the code for not-found on sky.
-PERIGEE_API perigee_status perigee_view_pick(perigee_view *view, double x_px, double y_px, double *lat_deg,
-                                             double *lon_deg, double *height_m);
+// Geodetic point under a pixel of the last frame (0, 0 the top left corner); the code for not-found
+// on sky.
+PERIGEE_API perigee_status perigee_view_pick(perigee_view *view, double x_px, double y_px,
+                                             double *lat_deg, double *lon_deg, double *height_m);
 
 #ifdef __cplusplus
 }

@@ -1,8 +1,9 @@
-// The tile grid: OGC WorldCRS84Quad with variable matrix widths (OGC 17-083r4). Zoom z has 2^z tile rows, row 0 at the
-// north pole, each of 256 sample rows; a tile row is divided into 2^(z+1) / coalesce tiles, tile 0 at longitude -pi.
-// coalesce is the greatest power of two <= 1 / cos(latitude) at the row's edge nearest to the equator (and <= 2^(z+1)),
-// so a sample is never narrower than half its height on the ground. Samples are cell centres.
-// Pure functions. Any thread.
+// The tile grid: OGC WorldCRS84Quad with variable matrix widths (OGC 17-083r4). Zoom z has 2^z tile
+// rows, row 0 at the north pole, each of 256 sample rows; a tile row is divided into 2^(z+1) /
+// coalesce tiles, tile 0 at longitude -pi. coalesce is the greatest power of two <= 1 /
+// cos(latitude) at the row's edge nearest to the equator (and <= 2^(z+1)), so a sample is never
+// narrower than half its height on the ground. Samples are cell centres. Pure functions. Any
+// thread.
 #ifndef PERIGEE_PLANET_GRID_H
 #define PERIGEE_PLANET_GRID_H
 
@@ -35,7 +36,8 @@ int grid_cols(int zoom, int row);     // tiles in the row: 2^(zoom + 1) / coales
 double grid_step_lat(int zoom);
 double grid_step_lon(int zoom, int row);
 
-// Latitude of a sample row's centre (global row in [0, 256 2^zoom), 0 northmost): pi/2 - (row + 1/2) step.
+// Latitude of a sample row's centre (global row in [0, 256 2^zoom), 0 northmost): pi/2 - (row +
+// 1/2) step.
 double grid_lat(int zoom, int64_t sample_row);
 
 // Bounds of a tile in rad: west < east, south < north.

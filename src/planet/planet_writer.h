@@ -1,4 +1,5 @@
-// Writing a planet file. One writer a file, used by one thread at a time; encode on workers with codec.h.
+// Writing a planet file. One writer a file, used by one thread at a time; encode on workers with
+// codec.h.
 #ifndef PERIGEE_PLANET_PLANET_WRITER_H
 #define PERIGEE_PLANET_PLANET_WRITER_H
 
@@ -7,9 +8,10 @@
 
 struct planet_writer;
 
-// Creates the file, or with `resume` opens one begun before with the same fingerprint (a text that names sources and
-// settings; ERR_ARGUMENT when it differs). ERR_IO when it cannot be written.
-status planet_writer_open(const char *path, const char *fingerprint, bool resume, struct planet_writer **out);
+// Creates the file, or with `resume` opens one begun before with the same fingerprint (a text that
+// names sources and settings; ERR_ARGUMENT when it differs). ERR_IO when it cannot be written.
+status planet_writer_open(const char *path, const char *fingerprint, bool resume,
+                          struct planet_writer **out);
 
 // Commits and closes. NULL-safe.
 void planet_writer_close(struct planet_writer **writer);
@@ -17,23 +19,27 @@ void planet_writer_close(struct planet_writer **writer);
 // Is the tile committed or pending in this writer?
 bool planet_writer_has(struct planet_writer *writer, tile_id id);
 
-// Stores a body (copied; identical bodies share one row). min, max: heights of the tile (NaN ignored), 0 for pixels.
-status planet_writer_put(struct planet_writer *writer, tile_id id, const codec_blob *body, float min, float max);
+// Stores a body (copied; identical bodies share one row). min, max: heights of the tile (NaN
+// ignored), 0 for pixels.
+status planet_writer_put(struct planet_writer *writer, tile_id id, const codec_blob *body,
+                         float min, float max);
 
-// Reads back a stored body (committed or pending); ERR_NOT_FOUND silently. Free with codec_blob_deinit.
+// Reads back a stored body (committed or pending); ERR_NOT_FOUND silently. Free with
+// codec_blob_deinit.
 status planet_writer_get(struct planet_writer *writer, tile_id id, codec_blob *body);
 
 // Finest zoom with a tile of the layer, committed or pending; -1 when there is none.
 int planet_writer_max_zoom(struct planet_writer *writer, enum tile_layer layer);
 
 // Up to `limit` tiles of one layer and zoom, evenly spread over all there are.
-status planet_writer_sample(struct planet_writer *writer, enum tile_layer layer, int zoom, int limit, tile_id *ids,
-                            int *count);
+status planet_writer_sample(struct planet_writer *writer, enum tile_layer layer, int zoom,
+                            int limit, tile_id *ids, int *count);
 
 // Makes what was put durable; call every second or so.
 status planet_writer_commit(struct planet_writer *writer);
 
-// Writes the metadata (max_zoom, height_min and height_max are computed from the tiles) with complete = true; commits.
+// Writes the metadata (max_zoom, height_min and height_max are computed from the tiles) with
+// complete = true; commits.
 status planet_writer_finish(struct planet_writer *writer, const struct planet_meta *meta);
 
 #endif

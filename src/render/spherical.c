@@ -200,8 +200,8 @@ static void select_cell(struct spherical *s, int cell, bool fill, struct selecti
     cell_span v = cell_vertices(&s->rings, cell);
     GLsizei indices = fill ? s->fill_indices : s->ring_indices;
     s->counts[sel->draws] = indices;
-    s->offsets[sel->draws] =
-        (const char *)NULL + (fill ? (size_t)s->ring_indices * sizeof(uint32_t) : 0);
+    uintptr_t offset = fill ? (size_t)s->ring_indices * sizeof(uint32_t) : 0;
+    s->offsets[sel->draws] = (const void *)offset;
     s->bases[sel->draws] = (GLint)(v.row * (uint32_t)ring_columns(&s->rings) + v.column);
     sel->draws++;
     sel->triangles += (uint64_t)indices / 3;
