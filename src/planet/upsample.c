@@ -74,10 +74,10 @@ static void keep_flat(const region *parent, const region *child, struct taps tap
     const float *a = taps.first + parent->stride, *b = a + parent->stride;
     bool same = same_columns(parent, child), level[REGION_MAX_COLS];
     for (int i = 0; i < parent->cols - 1; i++)
-        level[i] = (a[i] == b[i]) & (same | ((a[i] == a[i + 1]) & (a[i] == b[i + 1])));
+        level[i] = (a[i] == b[i]) & (a[i] == a[i + 1]) & (a[i] == b[i + 1]);
     for (int i = 0; i < child->cols; i++) {
         int west = west_of(child, same, i);
-        flat[i] = level[west];
+        flat[i] = level[west] | (same & level[west - same]);
         out[i] = flat[i] ? a[west] : out[i];
     }
 }

@@ -14,9 +14,9 @@
 void upsample_row(const float *src, int channels, int odd, int cols, float *out);
 
 // Row `row` of `child` (counted from its first), all channels, from region_parent(child). A child
-// sample of one channel within four equal parent samples (two, where the grids share their
-// longitudes) has exactly their value, so that flat water stays flat up to the shore; flat[i] says
-// where.
+// sample of one channel that lies among four equal parent samples (or, where the grids share their
+// longitudes, on the side of four) has exactly their value, so that flat water stays flat up to the
+// shore; flat[i] says where.
 void upsample_child_row(const region *parent, const region *child, int row, float *out, bool *flat);
 
 // The same row of a field of one channel given at the parent's samples, by bilinear interpolation.

@@ -89,6 +89,31 @@ float fixture_smooth_height(tile_id id, int row, int col, double lat, double lon
     return (float)fixture_smooth(lat, lon);
 }
 
+// Heights with structure at every scale down to the samples of the zoom.
+static double rough_waves(int zoom, double lat, double lon)
+{
+    double x = cos(lat) * cos(lon), y = cos(lat) * sin(lon), z = sin(lat), h = 0.0;
+    for (int k = 8; k <= 128 << zoom; k *= 2)
+        h += 60000.0 / k * sin(k * x + 1.0) * cos(k * (0.7 * y + 0.6 * z) + k);
+    return h;
+}
+
+float fixture_land_height(tile_id id, int row, int col, double lat, double lon)
+{
+    (void)row;
+    (void)col;
+    return (float)(50000.0 + rough_waves(id.zoom, lat, lon));
+}
+
+// The half around the antimeridian is flat sea.
+float fixture_rough_height(tile_id id, int row, int col, double lat, double lon)
+{
+    (void)row;
+    (void)col;
+    double h = 20000.0 * cos(lat) * cos(lon) + rough_waves(id.zoom, lat, lon);
+    return h > 0.0 ? (float)h : 0.0f;
+}
+
 opened fixture_open(const fixture *f, size_t cache_bytes, bool synthesis)
 {
     opened o = {0};
@@ -102,4 +127,38 @@ void fixture_close(opened *o)
 {
     pyramid_destroy(&o->pyramid);
     planet_file_close(&o->file);
+}
+
+const pyramid_tile *fixture_get(const opened *o, tile_id id)
+{
+    const pyramid_tile *tile;
+    assert_int_equal(pyramid_acquire(o->pyramid, id, &tile), OK);
+    assert_true(tile_id_equal(tile->id, id));
+    return tile;
+}
+
+void fixture_put_back(const opened *o, const pyramid_tile *tile)
+{
+    pyramid_release(o->pyramid, &tile);
+    assert_null(tile);
+}
+
+tile_id fixture_tile_at(int zoom, double lat, double lon)
+{
+    int row = (int)((M_PI / 2 - lat) / M_PI * grid_rows(zoom));
+    row = row < 0 ? 0 : row >= grid_rows(zoom) ? grid_rows(zoom) - 1 : row;
+    int cols = grid_cols(zoom, row), col = (int)((lon / (2 * M_PI) + 0.5) * cols);
+    return (tile_id){LAYER_HEIGHT, zoom, row, col < 0 ? 0 : col >= cols ? cols - 1 : col};
+}
+
+// Both sides of the antimeridian, the poles, and rows where tiles change their width.
+static const double places_deg[FIXTURE_PLACES][2] = {
+    {0.1, 0.1},       {0.1, 179.99}, {0.1, -179.99}, {45, 7},    {59.9, 20},  {60.1, 20},
+    {-60.1, 179.99},  {75, -100},    {75.6, -100},   {82.9, 30}, {89.99, 10}, {89.99, 170},
+    {-89.99, -179.9}, {-89.99, 90},  {-46, -72},     {-83, -1}};
+
+tile_id fixture_place_tile(int place, int zoom)
+{
+    return fixture_tile_at(zoom, places_deg[place][0] * M_PI / 180,
+                           places_deg[place][1] * M_PI / 180);
 }

@@ -33,6 +33,11 @@ void fixture_write(const fixture *f, int max_zoom, double gain, fixture_height h
 double fixture_smooth(double lat, double lon);
 float fixture_smooth_height(tile_id id, int row, int col, double lat, double lon);
 
+// Heights with structure at every scale down to the samples of the zoom: all land; and with flat
+// sea on the half around the antimeridian.
+float fixture_land_height(tile_id id, int row, int col, double lat, double lon);
+float fixture_rough_height(tile_id id, int row, int col, double lat, double lon);
+
 // An open file with its pyramid.
 typedef struct opened {
     struct planet_file *file;
@@ -41,5 +46,17 @@ typedef struct opened {
 
 opened fixture_open(const fixture *f, size_t cache_bytes, bool synthesis);
 void fixture_close(opened *o);
+
+// Acquires and releases; every failure fails the test.
+const pyramid_tile *fixture_get(const opened *o, tile_id id);
+void fixture_put_back(const opened *o, const pyramid_tile *tile);
+
+// The tile of heights that holds a point, rad.
+tile_id fixture_tile_at(int zoom, double lat, double lon);
+
+// The same of a fixed place: both sides of the antimeridian, the poles, and rows where tiles change
+// their width are among them.
+enum { FIXTURE_PLACES = 16 };
+tile_id fixture_place_tile(int place, int zoom);
 
 #endif
