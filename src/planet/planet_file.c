@@ -50,11 +50,18 @@ static status tile_fault(const struct planet_file *file, tile_id id, const char 
 // file: URI of a path; what has a meaning in a URI is escaped.
 static char *uri_of(const char *path, bool immutable)
 {
-    char *uri = NEW_ARRAY(char, 3 * strlen(path) + 64);
-    char *end = uri + sprintf(uri, "file:");
-    for (const char *c = path; *c; c++)
-        end += sprintf(end, strchr("%?#", *c) ? "%%%02x" : "%c", (unsigned char)*c);
-    sprintf(end, "?mode=ro%s", immutable ? "&immutable=1" : "");
+    static const char digits[] = "0123456789abcdef";
+    size_t size = 3 * strlen(path) + 64, n = 5;
+    char *uri = NEW_ARRAY(char, size);
+    memcpy(uri, "file:", n);
+    for (const char *c = path; *c; c++) {
+        bool plain = !strchr("%?#", *c);
+        uri[n++] = plain ? *c : '%';
+        if (plain) continue;
+        uri[n++] = digits[(unsigned char)*c >> 4];
+        uri[n++] = digits[(unsigned char)*c & 15];
+    }
+    snprintf(uri + n, size - n, "?mode=ro%s", immutable ? "&immutable=1" : "");
     return uri;
 }
 
