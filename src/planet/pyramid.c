@@ -165,12 +165,16 @@ static void measure_range(const float *heights, float *min, float *max)
     *max = high;
 }
 
-// All of a tile that is not stored. At zoom 0, and where nothing is stored at all, 0.
+// What a planet without imagery looks like, and no light.
+static const uint8_t BARE_GROUND[4] = {156, 150, 140, 0};
+
+// All of a tile that is not stored. At zoom 0, and where nothing is stored at all, height 0 and
+// bare ground.
 static status make_missing(struct pyramid *p, tile_id id, int channels, float *samples)
 {
     bool heights = id.layer == LAYER_HEIGHT;
     if (id.zoom == 0 || (heights && tile_index_max_zoom(p->index[LAYER_HEIGHT]) < 0)) {
-        memset(samples, 0, sizeof *samples * SAMPLES * (size_t)channels);
+        for (int i = 0; i < SAMPLES * channels; i++) samples[i] = heights ? 0 : BARE_GROUND[i % 4];
         return OK;
     }
     region tile = region_of_tile(id, channels, samples);
@@ -207,8 +211,8 @@ static status make_rgba(struct pyramid *p, tile_id id, uint8_t *rgba)
     if (!s) s = read_stored(p, night, stored + SAMPLES * 3, &has_night);
     bool color_known = has_color || tile_index_max_zoom(p->index[LAYER_COLOR]) < 0;
     bool night_known = has_night || tile_index_max_zoom(p->index[LAYER_NIGHT]) < 0;
-    memset(rgba, 0, SAMPLES * 4);
-    if (!s && id.zoom > 0 && !(color_known && night_known)) {
+    for (int i = 0; i < SAMPLES; i++) memcpy(rgba + 4 * i, BARE_GROUND, 4);
+    if (!s && !(color_known && night_known)) {
         float *made = malloc(sizeof *made * SAMPLES * 4);
         s = made ? make_missing(p, id, 4, made) : ERR_MEMORY;
         for (int i = 0; !s && i < SAMPLES * 4; i++) rgba[i] = (uint8_t)made[i];
