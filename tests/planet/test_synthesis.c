@@ -45,9 +45,9 @@ static void noise_is_alike_everywhere(void **state)
                 peak = fmax(peak, fabs(noise[i]));
                 if (i >= TILE_SIZE) step2 += pow(noise[i] - noise[i - TILE_SIZE], 2);
             }
-            check_near(sum / SAMPLES, 0.0, 0.03);        // measured 0.013
-            check_near(sqrt(sum2 / SAMPLES), 1.0, 0.04); // measured 0.02
-            check_near(sqrt(step2 / SAMPLES), 0.97, 0.1);
+            check_near(sum / SAMPLES, 0.0, 0.03);          // measured 0.015
+            check_near(sqrt(sum2 / SAMPLES), 1.0, 0.04);   // measured 0.011
+            check_near(sqrt(step2 / SAMPLES), 1.05, 0.05); // measured 1.038 to 1.065
             assert_true(peak < 6.0);
         }
 }
