@@ -106,7 +106,7 @@ static void print_option(FILE *f, const struct option_spec *spec)
     int column = fprintf(f, "  ");
     if (spec->letter) column += fprintf(f, "-%c, ", spec->letter);
     column += fprintf(f, "--%s", spec->name);
-    if (spec->placeholder) column += fprintf(f, " %s", spec->placeholder);
+    if (spec->value_name) column += fprintf(f, " %s", spec->value_name);
     print_wrapped(f, column, spec->help);
 }
 

@@ -37,7 +37,7 @@ struct option_spec {
     double low, high;
     // ERR_ARGUMENT, logged with `name` and `value`.
     status (*apply)(struct options *o, const char *name, const char *value);
-    const char *placeholder; // of the value in --help; NULL for flags
+    const char *value_name; // of the value in --help; NULL for flags
     const char *help;
 };
 

@@ -234,7 +234,7 @@ static void test_table(void **state)
         const struct option_spec *a = &option_table[i];
         assert_true(a->commands != 0 && a->help[0] != '\0');
         bool flag = a->kind == OPTION_FLAG || a->kind == OPTION_UNFLAG;
-        assert_true(flag == (a->placeholder == NULL));
+        assert_true(flag == (a->value_name == NULL));
         for (int j = 0; j < i; j++) {
             const struct option_spec *b = &option_table[j];
             if (strcmp(a->name, b->name) == 0 && (a->commands & b->commands))
