@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "app/command_reference.h"
 #include "app/image_exr.h"
 #include "app/image_png.h"
 #include "app/output_file.h"
@@ -115,6 +116,7 @@ status command_render(const struct options *o)
                         .height = o->height ? o->height : HEIGHT};
     status s = check_output(o, &exr);
     if (s) return s;
+    if (o->reference) return command_reference(o, exr);
     shot.samples = exr ? 1 : o->samples ? o->samples : SAMPLES;
     s = session_open_planet(o, &shot.session);
     if (!s) s = stats_file_open(&stats, o->stats);

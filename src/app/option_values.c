@@ -112,9 +112,14 @@ status option_texcoord(struct options *o, const char *name, const char *value)
 
 status option_mode(struct options *o, const char *name, const char *value)
 {
-    (void)o;
-    if (strcmp(value, "spherical") != 0)
-        return refuse(name, value, "spherical, the one mode this version offers");
+    static const char *const names[] = {"spherical", "reference"};
+    bool render = o->command == COMMAND_RENDER;
+    int found = find_name(value, names, render ? 2 : 1);
+    if (found < 0)
+        return refuse(name, value,
+                      render ? "spherical or reference"
+                             : "spherical (reference: perigee render only)");
+    o->reference = found == 1;
     return OK;
 }
 

@@ -203,6 +203,10 @@ static status check(const struct options *o)
         log_error("--end %g: before --start %g", o->end_s, o->start_s);
         return ERR_ARGUMENT;
     }
+    if (o->zoom >= 0 && !o->reference) {
+        log_error("--zoom %d: only with --mode reference", o->zoom);
+        return ERR_ARGUMENT;
+    }
     if (o->command == COMMAND_RENDER) s = require(o, o->output, "-o");
     if (o->command == COMMAND_FLY) {
         s = require(o, o->path, "--path");
@@ -219,6 +223,7 @@ status options_parse(enum command command, int argc, char **argv, struct options
         .camera = {NAN, NAN, NAN, NAN, NAN, NAN, NAN},
         .above_ground_m = NAN,
         .timeout_s = 60,
+        .zoom = -1,
         .fps = 30,
         .end_s = NAN,
         .sheet_columns = 5,

@@ -11,7 +11,8 @@ declare -A arrows=(
     [clipmap]="planet geo base"
     [gpu]="base"
     [render]="clipmap planet gpu geo base"
-    [app]="render clipmap planet gpu geo base"
+    [reference]="planet geo base"
+    [app]="reference render clipmap planet gpu geo base"
 )
 
 # header pattern: the rooms whose .c and .cpp files may include it
@@ -23,6 +24,7 @@ third_party=(
     '^turbojpeg\.h$ planet'
     '^epoxy/|^EGL/|^GL/|^KHR/ gpu render'
     '^GLFW/|^imgui|^backends/imgui_ app'
+    '^GeographicLib/ reference'
     '^png\.h$|^cjson/ app'
 )
 

@@ -1,0 +1,98 @@
+// A second opinion on rays, in long double and by the plainest means: samples read one by one,
+// conversions by iteration, and steps along the ray that a bound of the terrain's slope allows.
+#ifndef PERIGEE_TESTS_REFERENCE_ORACLE_H
+#define PERIGEE_TESTS_REFERENCE_ORACLE_H
+
+#include "planet/grid.h"
+
+#include <math.h>
+#include <stdint.h>
+
+#define PI_L 3.14159265358979323846264338327950288L
+
+typedef struct oracle {
+    long double a, b;
+    int zoom;
+    float (*sample)(int zoom, int64_t row, int64_t col); // of the global grid
+    long double slope;                                   // bound of |dh| / distance
+    long double top;                                     // bound of h
+} oracle;
+
+static inline void oracle_geodetic(const oracle *o, const long double p[3], long double *lat,
+                                   long double *lon, long double *height)
+{
+    long double rho = hypotl(p[0], p[1]), e2 = 1 - o->b * o->b / (o->a * o->a);
+    *lon = atan2l(p[1], p[0]);
+    *lat = atan2l(p[2], rho * (1 - e2));
+    for (int i = 0; i < 200; i++) {
+        long double s = sinl(*lat), was = *lat;
+        *lat = atan2l(p[2] + e2 * o->a / sqrtl(1 - e2 * s * s) * s, rho);
+        if (fabsl(*lat - was) < 1e-19L) break;
+    }
+    long double s = sinl(*lat), c = cosl(*lat);
+    *height = rho * c + p[2] * s - o->a * sqrtl(1 - e2 * s * s);
+}
+
+// One row, linear between samples; a row beyond a pole is the row as far before it, half a turn on.
+static inline long double oracle_row(const oracle *o, int64_t row, long double lon)
+{
+    int64_t rows = (int64_t)256 << o->zoom;
+    if (row < 0 || row >= rows) {
+        row = row < 0 ? -1 - row : 2 * rows - 1 - row;
+        lon += PI_L;
+    }
+    int64_t width = (int64_t)256 * grid_cols(o->zoom, (int)(row / 256));
+    long double x = (lon / (2 * PI_L) + 0.5L) * (long double)width - 0.5L, k = floorl(x);
+    int64_t west = ((int64_t)k % width + width) % width;
+    long double h0 = o->sample(o->zoom, row, west),
+                h1 = o->sample(o->zoom, row, (west + 1) % width);
+    return h0 + (h1 - h0) * (x - k);
+}
+
+static inline long double oracle_height(const oracle *o, long double lat, long double lon)
+{
+    long double y = (PI_L / 2 - lat) / PI_L * (long double)((int64_t)256 << o->zoom) - 0.5L;
+    long double k = floorl(y), north = oracle_row(o, (int64_t)k, lon),
+                south = oracle_row(o, (int64_t)k + 1, lon);
+    return north + (south - north) * (y - k);
+}
+
+static inline long double oracle_clear(const oracle *o, const double origin[3], const double dir[3],
+                                       long double t)
+{
+    long double p[3], lat, lon, height;
+    for (int i = 0; i < 3; i++) p[i] = origin[i] + t * (long double)dir[i];
+    oracle_geodetic(o, p, &lat, &lon, &height);
+    return height > o->top + 1 ? height - o->top : height - oracle_height(o, lat, lon);
+}
+
+// First t at which the ray is at or below the ground; NaN: none. *least: the smallest clearance met
+// before.
+static inline long double oracle_trace(const oracle *o, const double origin[3], const double dir[3],
+                                       long double *least)
+{
+    long double t = 0, rate = 1 + o->slope, reach = 4 * o->a, step = 0, along = 0;
+    for (int i = 0; i < 3; i++) {
+        along -= (long double)origin[i] * dir[i];
+    }
+    reach += fmaxl(along, 0);
+    *least = INFINITY;
+    for (;;) {
+        long double clear = oracle_clear(o, origin, dir, t);
+        if (clear <= 0) break;
+        *least = fminl(*least, clear);
+        step = fmaxl(clear / rate, 1e-4L);
+        t += step;
+        if (t > reach) return NAN;
+    }
+    if (t == 0) return 0;
+    long double low = t - step, high = t;
+    for (int i = 0; i < 90; i++) {
+        long double middle = 0.5L * (low + high);
+        if (oracle_clear(o, origin, dir, middle) > 0) low = middle;
+        else high = middle;
+    }
+    return 0.5L * (low + high);
+}
+
+#endif

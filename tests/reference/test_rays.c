@@ -1,0 +1,314 @@
+// Single rays: against closed forms on spheres and ellipsoids, and against the oracle on terrain made
+// of single samples: waves, a cone on the pole, a lone spike, noise; from 10 m to 10^9 m.
+#include "check.h"
+
+#include "oracle.h"
+#include "planet/planet_fixture.h"
+#include "reference/ray.h"
+
+static const geo_ellipsoid sphere = {1e6, 1e6}, wgs84 = {6378137.0, 6356752.314245179},
+                           lentil = {1e6, 8e5};
+
+static float (*current)(int zoom, int64_t row, int64_t col);
+
+static float from_current(tile_id id, int row, int col, double lat, double lon)
+{
+    (void)lat;
+    (void)lon;
+    return current(id.zoom, (int64_t)id.row * TILE_SIZE + row, (int64_t)id.col * TILE_SIZE + col);
+}
+
+struct scene {
+    fixture files;
+    opened planet;
+    struct pool *pool;
+    struct field *field;
+    struct field_reader reader;
+};
+
+static void open_scene(struct scene *s, geo_ellipsoid e, int zoom,
+                       float (*sample)(int, int64_t, int64_t))
+{
+    struct planet_writer *w;
+    struct planet_meta meta = {.name = "Test", .ellipsoid = e};
+    current = sample;
+    fixture_init(&s->files, "reference");
+    assert_int_equal(planet_writer_open(s->files.path, "test", false, &w), OK);
+    fixture_put_heights(w, zoom, from_current, NULL);
+    assert_int_equal(planet_writer_finish(w, &meta), OK);
+    planet_writer_close(&w);
+    s->planet = fixture_open(&s->files, 0, false);
+    s->pool = pool_create(2, 4);
+    s->field = NULL;
+}
+
+// The field as seen from a point.
+static void look_from(struct scene *s, const double eye[3], int zoom)
+{
+    reference_progress silent = {0};
+    if (s->field) field_reader_deinit(&s->reader);
+    field_destroy(&s->field);
+    assert_int_equal(field_create(s->planet.pyramid, zoom, eye, s->pool, &silent, &s->field), OK);
+    field_reader_init(&s->reader, s->field, s->planet.pyramid);
+}
+
+static void close_scene(struct scene *s)
+{
+    if (s->field) field_reader_deinit(&s->reader);
+    field_destroy(&s->field);
+    pool_destroy(&s->pool);
+    fixture_close(&s->planet);
+    fixture_deinit(&s->files);
+}
+
+static dvec3 random_direction(struct check_random *r)
+{
+    double z = check_random_range(r, -1, 1), lon = check_random_range(r, -M_PI, M_PI),
+           c = sqrt(1 - z * z);
+    return dvec3_make(c * cos(lon), c * sin(lon), z);
+}
+
+// A unit direction from `eye` towards a point that lies `miss` from the centre at closest approach.
+static dvec3 aim(struct check_random *r, dvec3 eye, double miss)
+{
+    dvec3 down = dvec3_scale(eye, -1 / dvec3_length(eye));
+    dvec3 side = dvec3_normalize(dvec3_cross(down, random_direction(r)));
+    double s = miss / dvec3_length(eye);
+    return dvec3_mad(dvec3_scale(down, sqrt(1 - s * s)), side, s);
+}
+
+static float level_100(int zoom, int64_t row, int64_t col)
+{
+    (void)zoom;
+    (void)row;
+    (void)col;
+    return 100;
+}
+
+static float level_0(int zoom, int64_t row, int64_t col)
+{
+    (void)zoom;
+    (void)row;
+    (void)col;
+    return 0;
+}
+
+// t of the first meeting with the ellipsoid, in long double; NaN: none.
+static long double closed_form(long double a, long double b, dvec3 o, dvec3 d)
+{
+    long double ox = o.x / a, oy = o.y / a, oz = o.z / b, dx = d.x / a, dy = d.y / a, dz = d.z / b;
+    long double dd = dx * dx + dy * dy + dz * dz, t = -(ox * dx + oy * dy + oz * dz) / dd;
+    long double qx = ox + t * dx, qy = oy + t * dy, qz = oz + t * dz;
+    long double half = 1 - (qx * qx + qy * qy + qz * qz);
+    return half < 0 || t < 0 ? (long double)NAN : t - sqrtl(half / dd);
+}
+
+// Heights of the eye from 10 m to 10^9 m, rays through the disc and within 1 mm to 1 km of its edge.
+// Error: metres along the ray times the sine at which it meets the ground.
+static void check_level(geo_ellipsoid e, float h, float (*sample)(int, int64_t, int64_t))
+{
+    struct scene s;
+    struct check_random r = {11};
+    double worst = 0;
+    int hits = 0, misses = 0;
+    open_scene(&s, e, 1, sample);
+    for (int i = 0; i < 40; i++) {
+        double above = pow(10, check_random_range(&r, 1, 9)), ground = e.a + h;
+        dvec3 eye = dvec3_scale(random_direction(&r), ground + above);
+        look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+        for (int j = 0; j < 200; j++) {
+            bool edge = j % 2;
+            double off = pow(10, check_random_range(&r, -3, 3)) * (j % 4 == 1 ? 1 : -1);
+            double miss = edge ? ground + off : ground * sqrt(check_random_range(&r, 0, 1));
+            if (miss >= dvec3_length(eye)) continue;
+            dvec3 dir = aim(&r, eye, miss);
+            long double want = closed_form((long double)e.a + h, (long double)e.b + h, eye, dir);
+            ray_hit hit;
+            bool got = ray_cast(&s.reader, eye, dir, 1e-3, &hit);
+            assert_int_equal(got, !isnan(want));
+            hits += got;
+            misses += !got;
+            if (!got) continue;
+            dvec3 at = dvec3_mad(eye, dir, hit.t);
+            dvec3 n = dvec3_normalize(dvec3_make(at.x / (e.a * e.a), at.y / (e.a * e.a),
+                                                 at.z / (e.b * e.b)));
+            worst = fmax(worst, fabs((double)(hit.t - want)) * fabs(dvec3_dot(n, dir)));
+        }
+    }
+    print_message("a %.0f b %.0f h %g: %d hits, %d misses, worst %.2e m\n", e.a, e.b, (double)h,
+                  hits, misses, worst);
+    assert_true(hits > 1000 && misses > 500);
+    assert_true(worst <= 2e-6);
+    close_scene(&s);
+}
+
+static void test_closed_forms(void **state)
+{
+    (void)state;
+    check_level(sphere, 100, level_100);
+    check_level(wgs84, 0, level_0);
+    check_level(lentil, 0, level_0);
+}
+
+// Samples on the sphere of radius 10^6 at zoom 1 lie 6.1 km apart.
+static void place_of_sample(int zoom, int64_t row, int64_t col, double *lat, double *lon)
+{
+    int64_t width = (int64_t)256 * grid_cols(zoom, (int)(row / 256));
+    *lat = M_PI / 2 - M_PI * ((double)row + 0.5) / (double)((int64_t)256 << zoom);
+    *lon = 2 * M_PI * (((double)col + 0.5) / (double)width - 0.5);
+}
+
+static float waves(int zoom, int64_t row, int64_t col)
+{
+    double lat, lon;
+    place_of_sample(zoom, row, col, &lat, &lon);
+    return (float)(3000 * sin(9 * lat) * cos(6 * lon) * cos(lat));
+}
+
+static float cone(int zoom, int64_t row, int64_t col)
+{
+    double lat, lon;
+    place_of_sample(zoom, row, col, &lat, &lon);
+    return (float)fmax(0, 20000 - 0.2 * 1e6 * (M_PI / 2 - lat));
+}
+
+static float noise(int zoom, int64_t row, int64_t col)
+{
+    struct check_random r = {(uint64_t)(row * 7919 + col * 104729 + zoom + 1)};
+    check_random_u64(&r);
+    check_random_u64(&r);
+    return (float)check_random_range(&r, -1000, 1000);
+}
+
+enum { SPIKE_ROW = 200, SPIKE_COL = 255 };
+
+static float spike(int zoom, int64_t row, int64_t col)
+{
+    return zoom == 1 && row == SPIKE_ROW && col == SPIKE_COL ? 5000 : 0;
+}
+
+// Low eyes and high ones, many rays near the horizon; every hit and every miss as the oracle has it,
+// unless the oracle itself came within 10 um of the ground. Error as above, without the sine (slopes
+// and grazing make it worse, so the tolerance is the ray's own: 10^-4 of a pixel).
+static void check_terrain(const char *name, geo_ellipsoid e,
+                          float (*sample)(int, int64_t, int64_t), double slope, double top, int eyes)
+{
+    struct scene s;
+    struct check_random r = {5};
+    oracle o = {e.a, e.b, 1, sample, slope, top};
+    double worst = 0;
+    int hits = 0, misses = 0, unsure = 0;
+    const double pixel = 1e-3;
+    open_scene(&s, e, 1, sample);
+    for (int i = 0; i < eyes; i++) {
+        dvec3 up = i % 4 == 0 ? dvec3_make(1e-4 * i, 0, i % 8 ? 1 : -1) : random_direction(&r);
+        up = dvec3_normalize(up);
+        double above = pow(10, check_random_range(&r, 1, i % 2 ? 4 : 7));
+        dvec3 eye = dvec3_scale(dvec3_make(up.x * e.a, up.y * e.a, up.z * e.b),
+                                1 + (top + above) / e.b);
+        look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+        for (int j = 0; j < 20; j++) {
+            dvec3 to = dvec3_normalize(dvec3_cross(up, random_direction(&r)));
+            double dip = acos(e.b / dvec3_length(eye)) + check_random_range(&r, -0.01, 0.05);
+            dvec3 dir = j % 3 ? dvec3_mad(dvec3_scale(to, cos(dip)), up, -sin(dip))
+                              : aim(&r, eye, e.b * check_random_range(&r, 0, 1));
+            dir = dvec3_normalize(dir);
+            long double least, want = oracle_trace(&o, (double[]){eye.x, eye.y, eye.z},
+                                                   (double[]){dir.x, dir.y, dir.z}, &least);
+            ray_hit hit;
+            bool got = ray_cast(&s.reader, eye, dir, pixel, &hit);
+            bool same = got == !isnan(want) &&
+                        (!got || fabs((double)(hit.t - want)) <= RAY_TOLERANCE * pixel * hit.t);
+            if (!same && least < 1e-5L) {
+                unsure++;
+                continue;
+            }
+            if (!same)
+                print_error("%s: eye %d ray %d: got %.9g, want %.9Lg, least %Lg\n", name, i, j,
+                            got ? hit.t : NAN, want, least);
+            assert_true(same);
+            hits += got;
+            misses += !got;
+            if (got) worst = fmax(worst, fabs((double)(hit.t - want)) / (pixel * hit.t));
+        }
+    }
+    print_message("%s: %d hits, %d misses, %d too close to tell, worst %.2e px along the ray\n", name,
+                  hits, misses, unsure, worst);
+    assert_true(hits > 4 * eyes && misses > eyes);
+    assert_true(unsure <= eyes / 10);
+    close_scene(&s);
+}
+
+static void test_waves(void **state)
+{
+    (void)state;
+    check_terrain("waves", sphere, waves, 0.06, 3000, 32);
+    check_terrain("waves on a lentil", lentil, waves, 0.1, 3000, 16);
+}
+
+static void test_cone_on_the_pole(void **state)
+{
+    (void)state;
+    check_terrain("cone", sphere, cone, 0.3, 20000, 32);
+}
+
+static void test_noise(void **state)
+{
+    (void)state;
+    check_terrain("noise", sphere, noise, 1.5, 1000, 16);
+}
+
+// Level rays past the one sample that stands out, from every side, a little below its top and a
+// little above it.
+static void test_no_peak_is_missed(void **state)
+{
+    (void)state;
+    struct scene s;
+    double lat, lon;
+    open_scene(&s, sphere, 1, spike);
+    place_of_sample(1, SPIKE_ROW, SPIKE_COL, &lat, &lon);
+    dvec3 up = {cos(lat) * cos(lon), cos(lat) * sin(lon), sin(lat)};
+    dvec3 east = {-sin(lon), cos(lon), 0}, north = dvec3_cross(up, east);
+    for (int i = 0; i < 64; i++) {
+        double turn = 2 * M_PI * i / 64, distance = 1000.0 * (20 + 13 * i);
+        dvec3 dir = dvec3_mad(dvec3_scale(north, cos(turn)), east, sin(turn));
+        for (int above = 0; above < 2; above++) {
+            dvec3 top = dvec3_scale(up, sphere.a + 5000 + (above ? 1e-3 : -1e-3));
+            dvec3 eye = dvec3_mad(top, dir, -distance);
+            look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+            ray_hit hit;
+            bool got = ray_cast(&s.reader, eye, dir, 1e-3, &hit);
+            assert_int_equal(got, !above);
+            if (got) check_near(hit.t, distance, 0.01);
+        }
+    }
+    close_scene(&s);
+}
+
+static void test_inside(void **state)
+{
+    (void)state;
+    struct scene s;
+    open_scene(&s, sphere, 1, level_100);
+    struct check_random r = {3};
+    for (int i = 0; i < 20; i++) {
+        dvec3 up = random_direction(&r), dir = random_direction(&r);
+        dvec3 eye = dvec3_scale(up, sphere.a + (i % 2 ? 99.999 : -5000));
+        look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+        ray_hit hit;
+        assert_true(ray_cast(&s.reader, eye, dir, 1e-3, &hit));
+        check_near(hit.t, 0, 0);
+        check_near(hit.height, 100, 1e-9);
+    }
+    close_scene(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_closed_forms),     cmocka_unit_test(test_waves),
+        cmocka_unit_test(test_cone_on_the_pole), cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_no_peak_is_missed), cmocka_unit_test(test_inside),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
