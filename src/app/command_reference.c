@@ -80,8 +80,7 @@ static status render(struct trial *t, const reference_planes *planes)
 
 static void *plane_memory(const struct trial *t, size_t bytes_per_pixel)
 {
-    size_t pixels =
-        (size_t)t->width * (size_t)t->height * (size_t)t->samples * (size_t)t->samples;
+    size_t pixels = (size_t)t->width * (size_t)t->height * (size_t)t->samples * (size_t)t->samples;
     void *memory = calloc(pixels, bytes_per_pixel);
     if (!memory)
         log_error("--size %dx%d --samples %d: out of memory", t->width, t->height, t->samples);
@@ -153,8 +152,7 @@ static status write_png(struct trial *t)
     char line[SESSION_CAMERA_SIZE];
     struct image_text texts[SESSION_TEXTS];
     int count = session_texts(&t->session, &t->camera, line, texts);
-    if (!s)
-        s = image_png_write(t->session.options->output, t->width, t->height, rgb, texts, count);
+    if (!s) s = image_png_write(t->session.options->output, t->width, t->height, rgb, texts, count);
     free(light);
     free(rgb);
     return s;

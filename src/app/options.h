@@ -33,8 +33,8 @@ struct options {
     const char *planet; // NULL: the default Earth
     perigee_planet_params planet_params;
     perigee_view_params view_params;
-    bool reference; // --mode reference
-    int zoom;       // of the reference's height field; -1: the finest stored
+    bool reference;         // --mode reference
+    int zoom;               // of the reference's height field; -1: the finest stored
     const char *shader_dir; // NULL: the built-in shaders
 
     perigee_camera camera; // members not given are NaN

@@ -60,12 +60,14 @@ static int wrap(int64_t value, int64_t count)
     return (int)(r < 0 ? r + count : r);
 }
 
-// Half the angle of the cap on the unit sphere of reduced latitude. Heights in [low, high] lie there
-// at radii in [1 + low / b, 1 + high / b]; a ray that comes below the first has met the ground.
+// Half the angle of the cap on the unit sphere of reduced latitude. Heights in [low, high] lie
+// there at radii in [1 + low / b, 1 + high / b]; a ray that comes below the first has met the
+// ground.
 static double cap_angle(geo_ellipsoid e, const double eye[3], double low, double high)
 {
     double inner = 1 + fmin(low, 0) / e.b, outer = 1 + fmax(high, 0) / e.b;
-    double r = sqrt((eye[0] * eye[0] + eye[1] * eye[1]) / (e.a * e.a) + eye[2] * eye[2] / e.b / e.b);
+    double r =
+        sqrt((eye[0] * eye[0] + eye[1] * eye[1]) / (e.a * e.a) + eye[2] * eye[2] / e.b / e.b);
     return acos(fmin(1, inner / fmax(r, inner))) + acos(inner / outer) + 1e-6;
 }
 
@@ -249,11 +251,13 @@ static double row_max(const struct field *f, int tile_row, int r0, int r1, doubl
     double high = -INFINITY;
     for (int64_t c = c0; c <= c1;) {
         int64_t tile = (c >= 0 ? c : c - TILE_SIZE + 1) / TILE_SIZE;
-        int64_t last = tile * TILE_SIZE + TILE_SIZE - 1 < c1 ? tile * TILE_SIZE + TILE_SIZE - 1 : c1;
+        int64_t last =
+            tile * TILE_SIZE + TILE_SIZE - 1 < c1 ? tile * TILE_SIZE + TILE_SIZE - 1 : c1;
         int at = wrap(tile - r->first, r->cols);
         if (at < r->count)
-            high = fmax(high, tile_max(f->maxima + (r->at + (size_t)at) * TILE_MAXIMA, r0, r1,
-                                       (int)(c - tile * TILE_SIZE), (int)(last - tile * TILE_SIZE)));
+            high =
+                fmax(high, tile_max(f->maxima + (r->at + (size_t)at) * TILE_MAXIMA, r0, r1,
+                                    (int)(c - tile * TILE_SIZE), (int)(last - tile * TILE_SIZE)));
         c = last + 1;
     }
     return high;

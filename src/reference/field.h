@@ -46,8 +46,8 @@ struct field_reader {
 void field_reader_init(struct field_reader *reader, struct field *field, struct pyramid *pyramid);
 void field_reader_deinit(struct field_reader *reader);
 
-// One piece of the field, bilinear: h = (1 - u) (a + ka v) + u (b + kb v), u = (north - lat) / step,
-// v = lon - ref, valid in `box`.
+// One piece of the field, bilinear: h = (1 - u) (a + ka v) + u (b + kb v), u = (north - lat) /
+// step, v = lon - ref, valid in `box`.
 typedef struct field_patch {
     field_box box;
     double step, ref;

@@ -65,8 +65,8 @@ static double sample(struct field_reader *reader, const struct piece *p, int64_t
     return tile ? tile->heights[p->row % TILE_SIZE * TILE_SIZE + column % TILE_SIZE] : 0.0;
 }
 
-static void line_of_piece(struct field_reader *reader, const struct piece *p, double ref, double *at,
-                          double *slope)
+static void line_of_piece(struct field_reader *reader, const struct piece *p, double ref,
+                          double *at, double *slope)
 {
     double west = sample(reader, p, p->west), east = sample(reader, p, p->east);
     *slope = (east - west) / (p->lon1 - p->lon0);

@@ -1,5 +1,5 @@
-// Conversions by GeographicLib, so that the reference shares no arithmetic with src/geo. Degrees and
-// metres. Any thread.
+// Conversions by GeographicLib, so that the reference shares no arithmetic with src/geo. Degrees
+// and metres. Any thread.
 #ifndef PERIGEE_REFERENCE_GEOGRAPHIC_H
 #define PERIGEE_REFERENCE_GEOGRAPHIC_H
 

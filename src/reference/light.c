@@ -38,8 +38,8 @@ static struct star read_star(struct field_reader *reader, const ray_hit *hit, do
 
 static double convexity(const struct star *s, double radius)
 {
-    double above = (s->centre - 0.25 * (s->north + s->south + s->west + s->east)) /
-                   (s->lat_reach * radius);
+    double above =
+        (s->centre - 0.25 * (s->north + s->south + s->west + s->east)) / (s->lat_reach * radius);
     return above / (fabs(above) + HALF_CONVEX);
 }
 
@@ -65,10 +65,9 @@ static struct place place_of(geo_ellipsoid e, const ray_hit *hit)
 static dvec3 normal_of(const struct place *p, const struct star *s, double lat)
 {
     double to_north = (s->north - s->south) / (2 * s->lat_reach * (p->meridian + s->centre));
-    double to_east = (s->east - s->west) / (2 * s->lon_reach * fmax(cos(lat * RAD), 1e-12) *
-                                            (p->prime + s->centre));
-    return dvec3_normalize(
-        dvec3_mad(dvec3_mad(p->up, p->north, -to_north), p->east, -to_east));
+    double to_east = (s->east - s->west) /
+                     (2 * s->lon_reach * fmax(cos(lat * RAD), 1e-12) * (p->prime + s->centre));
+    return dvec3_normalize(dvec3_mad(dvec3_mad(p->up, p->north, -to_north), p->east, -to_east));
 }
 
 void light_at(struct field_reader *reader, const ray_hit *hit, dvec3 dir, dvec3 sun, double pixel,
@@ -96,6 +95,7 @@ void light_at(struct field_reader *reader, const ray_hit *hit, dvec3 dir, dvec3 
     for (int i = 0; i < 3; i++) {
         double albedo = texel[i] + (rock[i] - texel[i]) * 0.55 * steep;
         albedo *= 1 + CONVEX_CONTRAST * convex;
-        rgb[i] = albedo * (1.6 * direct + sky[i] * lit + 0.004) + lamps * lamps * (1 - lit) * lamp[i];
+        rgb[i] =
+            albedo * (1.6 * direct + sky[i] * lit + 0.004) + lamps * lamps * (1 - lit) * lamp[i];
     }
 }

@@ -1,5 +1,5 @@
-// Colour of a hit by the rules of shaders/shade/shade.frag without its air. Any thread, each with its
-// own reader.
+// Colour of a hit by the rules of shaders/shade/shade.frag without its air. Any thread, each with
+// its own reader.
 #ifndef PERIGEE_REFERENCE_LIGHT_H
 #define PERIGEE_REFERENCE_LIGHT_H
 

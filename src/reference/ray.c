@@ -1,7 +1,8 @@
-// Along a straight line the height g above the ellipsoid is convex, because an ellipsoid is, and its
-// derivative is the line's component along the normal: tangents at both ends bound it from below.
-// The longitude is monotonic. The latitude, whose level sets are cones, has one extremum at most,
-// the one farthest from the equator. So the part of the map below a piece of the ray is known.
+// Along a straight line the height g above the ellipsoid is convex, because an ellipsoid is, and
+// its derivative is the line's component along the normal: tangents at both ends bound it from
+// below. The longitude is monotonic. The latitude, whose level sets are cones, has one extremum at
+// most, the one farthest from the equator. So the part of the map below a piece of the ray is
+// known.
 #include "reference/ray.h"
 
 #include <math.h>
@@ -49,8 +50,7 @@ static double lowest_height(const struct knot *a, const struct knot *b)
 {
     double low = fmin(a->height, b->height);
     if (a->climb < 0 && b->climb > 0) {
-        double s =
-            (b->height - b->climb * (b->t - a->t) - a->height) / (a->climb - b->climb);
+        double s = (b->height - b->climb * (b->t - a->t) - a->height) / (a->climb - b->climb);
         low = fmin(low, a->height + a->climb * s);
     }
     return low - HEIGHT_ROOM_M;
@@ -71,8 +71,7 @@ static field_box box_below(const struct caster *c, const struct knot *a, const s
     field_box box = {fmin(a->lat, b->lat), fmax(a->lat, b->lat), fmin(a->lon, b->lon),
                      fmax(a->lon, b->lon)};
     if ((a->north > 0) != (b->north > 0)) {
-        double middle = 0.5 * (a->lat + b->lat),
-               reach = 0.5 * length / least_radius(c, low) / RAD;
+        double middle = 0.5 * (a->lat + b->lat), reach = 0.5 * length / least_radius(c, low) / RAD;
         box.south = fmax(-90, fmin(box.south, middle - reach));
         box.north = fmin(90, fmax(box.north, middle + reach));
     }
@@ -97,15 +96,17 @@ static bool find_patch(struct caster *c, const field_box *box, const struct knot
 
 static double corner_max(const field_patch *p, const field_box *b)
 {
-    double w = fmax(field_patch_height(p, b->north, b->west), field_patch_height(p, b->south, b->west)),
-           e = fmax(field_patch_height(p, b->north, b->east), field_patch_height(p, b->south, b->east));
+    double w = fmax(field_patch_height(p, b->north, b->west),
+                    field_patch_height(p, b->south, b->west)),
+           e = fmax(field_patch_height(p, b->north, b->east),
+                    field_patch_height(p, b->south, b->east));
     return fmax(w, e) + HEIGHT_ROOM_M;
 }
 
 // Bound of the second derivative of height above ground along a piece within the patch, 1/m.
 // With r the least radius of curvature and rho the least distance from the axis, |lat'| <= 1/r,
-// |lon'| <= 1/rho, |lon''| <= 2/rho^2, |lat''| <= (2 + m)/r^2 + 1/(r rho), where m bounds the relative
-// change of the meridian's radius by latitude; 0 <= g'' <= 1/r.
+// |lon'| <= 1/rho, |lon''| <= 2/rho^2, |lat''| <= (2 + m)/r^2 + 1/(r rho), where m bounds the
+// relative change of the meridian's radius by latitude; 0 <= g'' <= 1/r.
 static double curvature_bound(const struct caster *c, const struct knot *a, const struct knot *b,
                               const field_box *box, double low)
 {
@@ -124,9 +125,17 @@ static double curvature_bound(const struct caster *c, const struct knot *a, cons
     return 1 / r + 2 * h_both / (r * rho) + h_lat * lat2 + h_lon * lon2;
 }
 
+static double ground_at(const struct caster *c, const struct knot *k)
+{
+    const field_box point = {k->lat, k->lat, k->lon, k->lon};
+    if (c->has_patch && field_box_holds(&c->patch.box, &point))
+        return field_patch_height(&c->patch, k->lat, k->lon);
+    return field_height(c->reader, k->lat, k->lon);
+}
+
 static double above_ground(const struct caster *c, const struct knot *k)
 {
-    return k->height - field_patch_height(&c->patch, k->lat, k->lon);
+    return k->height - ground_at(c, k);
 }
 
 static ray_hit hit_of(const struct caster *c, const struct knot *k, double ground)
@@ -157,7 +166,7 @@ static ray_hit solve(const struct caster *c, struct knot a, struct knot b, doubl
             side = -1;
         }
     }
-    return hit_of(c, &k, field_patch_height(&c->patch, k.lat, k.lon));
+    return hit_of(c, &k, ground_at(c, &k));
 }
 
 enum verdict { PASSES, HITS, UNDECIDED };
@@ -196,13 +205,13 @@ static enum verdict examine(struct caster *c, const struct knot *a, const struct
         if (v != UNDECIDED) return v;
     }
     if (b->t - a->t > tolerance) return UNDECIDED;
-    double ground = field_height(c->reader, b->lat, b->lon);
-    if (b->height > ground) return PASSES;
-    *hit = hit_of(c, b, ground);
+    if (above_ground(c, b) > 0) return PASSES;
+    *hit = solve(c, *a, *b, 1e-3 * tolerance);
     return HITS;
 }
 
-static bool search(struct caster *c, const struct knot *first, const struct knot *last, ray_hit *hit)
+static bool search(struct caster *c, const struct knot *first, const struct knot *last,
+                   ray_hit *hit)
 {
     struct knot ends[MAX_DEPTH + 1], a = *first;
     int depth = 0;
@@ -222,9 +231,9 @@ static bool search(struct caster *c, const struct knot *first, const struct knot
     return false;
 }
 
-// Where the ray runs in the shell that holds all ground, from the scaled space in which the ellipsoid
-// is the unit sphere: ground at height h lies there between 1 + min(h, 0) / small and
-// 1 + max(h, 0) / small. False: never.
+// Where the ray runs in the shell that holds all ground, from the scaled space in which the
+// ellipsoid is the unit sphere: ground at height h lies there between 1 + min(h, 0) / small and 1 +
+// max(h, 0) / small. False: never.
 static bool clip(const struct caster *c, double *t0, double *t1)
 {
     double low, high, small = fmin(c->e.a, c->e.b);

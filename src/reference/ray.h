@@ -11,9 +11,9 @@ typedef struct ray_hit {
 } ray_hit;
 
 // origin: ECEF; dir: unit; pixel: metres that a pixel is wide at distance 1. The ray is cut into
-// pieces; a piece is passed over only when bounds prove that it does not meet the ground, or when it
-// is shorter than RAY_TOLERANCE pixels (not below RAY_FLOOR_M) and ends above it. A ray that begins
-// at or below the ground hits at t = 0. False: sky.
+// pieces; a piece is passed over only when bounds prove that it does not meet the ground, or when
+// it is shorter than RAY_TOLERANCE pixels (not below RAY_FLOOR_M) and ends above it. A ray that
+// begins at or below the ground hits at t = 0. False: sky.
 #define RAY_TOLERANCE 1e-4
 #define RAY_FLOOR_M   1e-6
 bool ray_cast(struct field_reader *reader, dvec3 origin, dvec3 dir, double pixel, ray_hit *hit);

@@ -25,8 +25,8 @@ static struct aim aim_of(geo_ellipsoid e, const reference_camera *c)
     reference_ecef(e.a, e.b, c->lat_deg, c->lon_deg, c->alt_m, xyz);
     dvec3 east = {-so, co, 0}, north = {-sl * co, -sl * so, cl}, up = {cl * co, cl * so, sl};
     double sh = sin(c->heading_deg * RAD), ch = cos(c->heading_deg * RAD),
-           sp = sin(c->pitch_deg * RAD), cp = cos(c->pitch_deg * RAD),
-           sr = sin(c->roll_deg * RAD), cr = cos(c->roll_deg * RAD);
+           sp = sin(c->pitch_deg * RAD), cp = cos(c->pitch_deg * RAD), sr = sin(c->roll_deg * RAD),
+           cr = cos(c->roll_deg * RAD);
     dvec3 ahead = dvec3_mad(dvec3_scale(north, ch), east, sh);
     dvec3 forward = dvec3_mad(dvec3_scale(ahead, cp), up, sp);
     dvec3 right = dvec3_mad(dvec3_scale(east, ch), north, -sh);
@@ -129,8 +129,7 @@ static status render_blocks(struct picture *p, struct pool *pool)
     for (int i = 0; i < count && !p->error && !cancelled; i++) {
         blocks[i] = (struct block){p, i % across * BLOCK_PX, i / across * BLOCK_PX};
         pool_submit(pool, render_block, &blocks[i]);
-        cancelled =
-            q->progress.report && q->progress.report(q->progress.user, (double)i / count);
+        cancelled = q->progress.report && q->progress.report(q->progress.user, (double)i / count);
     }
     pool_drain(pool);
     free(blocks);

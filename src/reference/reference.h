@@ -1,7 +1,7 @@
 // The judge of every renderer: one ray a pixel, in double precision, against the height field
-// P = S(lat, lon) + h(lat, lon) n with h bilinear in the samples of one zoom. It shares no code with
-// the clipmap, and its conversions are GeographicLib's. The same input gives the same bits whatever
-// the number of threads. One call at a time for each thread.
+// P = S(lat, lon) + h(lat, lon) n with h bilinear in the samples of one zoom. It shares no code
+// with the clipmap, and its conversions are GeographicLib's. The same input gives the same bits
+// whatever the number of threads. One call at a time for each thread.
 #ifndef PERIGEE_REFERENCE_REFERENCE_H
 #define PERIGEE_REFERENCE_REFERENCE_H
 

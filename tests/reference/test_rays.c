@@ -1,5 +1,5 @@
-// Single rays: against closed forms on spheres and ellipsoids, and against the oracle on terrain made
-// of single samples: waves, a cone on the pole, a lone spike, noise; from 10 m to 10^9 m.
+// Single rays: against closed forms on spheres and ellipsoids, and against the oracle on terrain
+// made of single samples: waves, a cone on the pole, a lone spike, noise; from 10 m to 10^9 m.
 #include "check.h"
 
 #include "oracle.h"
@@ -103,12 +103,14 @@ static long double closed_form(long double a, long double b, dvec3 o, dvec3 d)
     return half < 0 || t < 0 ? (long double)NAN : t - sqrtl(half / dd);
 }
 
-// Heights of the eye from 10 m to 10^9 m, rays through the disc and within 1 mm to 1 km of its edge.
-// Error: metres along the ray times the sine at which it meets the ground.
+// Heights of the eye from 10 m to 10^9 m, rays through the disc and within 1 mm to 1 km of its
+// edge. Error: metres along the ray, less the thousandth of its tolerance within which a root is
+// left, times the sine at which it meets the ground.
 static void check_level(geo_ellipsoid e, float h, float (*sample)(int, int64_t, int64_t))
 {
     struct scene s;
     struct check_random r = {11};
+    const double pixel = 1e-3;
     double worst = 0;
     int hits = 0, misses = 0;
     open_scene(&s, e, 1, sample);
@@ -124,15 +126,17 @@ static void check_level(geo_ellipsoid e, float h, float (*sample)(int, int64_t, 
             dvec3 dir = aim(&r, eye, miss);
             long double want = closed_form((long double)e.a + h, (long double)e.b + h, eye, dir);
             ray_hit hit;
-            bool got = ray_cast(&s.reader, eye, dir, 1e-3, &hit);
+            bool got = ray_cast(&s.reader, eye, dir, pixel, &hit);
             assert_int_equal(got, !isnan(want));
             hits += got;
             misses += !got;
             if (!got) continue;
             dvec3 at = dvec3_mad(eye, dir, hit.t);
-            dvec3 n = dvec3_normalize(dvec3_make(at.x / (e.a * e.a), at.y / (e.a * e.a),
-                                                 at.z / (e.b * e.b)));
-            worst = fmax(worst, fabs((double)(hit.t - want)) * fabs(dvec3_dot(n, dir)));
+            dvec3 n = dvec3_normalize(
+                dvec3_make(at.x / (e.a * e.a), at.y / (e.a * e.a), at.z / (e.b * e.b)));
+            double error =
+                fmax(0, fabs((double)(hit.t - want)) - 1e-3 * RAY_TOLERANCE * pixel * hit.t);
+            worst = fmax(worst, error * fabs(dvec3_dot(n, dir)));
         }
     }
     print_message("a %.0f b %.0f h %g: %d hits, %d misses, worst %.2e m\n", e.a, e.b, (double)h,
@@ -177,7 +181,9 @@ static float noise(int zoom, int64_t row, int64_t col)
     struct check_random r = {(uint64_t)(row * 7919 + col * 104729 + zoom + 1)};
     check_random_u64(&r);
     check_random_u64(&r);
-    return (float)check_random_range(&r, -1000, 1000);
+    double lat, lon;
+    place_of_sample(zoom, row, col, &lat, &lon);
+    return (float)(check_random_range(&r, -1000, 1000) * cos(lat));
 }
 
 enum { SPIKE_ROW = 200, SPIKE_COL = 255 };
@@ -187,11 +193,11 @@ static float spike(int zoom, int64_t row, int64_t col)
     return zoom == 1 && row == SPIKE_ROW && col == SPIKE_COL ? 5000 : 0;
 }
 
-// Low eyes and high ones, many rays near the horizon; every hit and every miss as the oracle has it,
-// unless the oracle itself came within 10 um of the ground. Error as above, without the sine (slopes
-// and grazing make it worse, so the tolerance is the ray's own: 10^-4 of a pixel).
-static void check_terrain(const char *name, geo_ellipsoid e,
-                          float (*sample)(int, int64_t, int64_t), double slope, double top, int eyes)
+// Low eyes and high ones, many rays near the horizon; every hit and every miss as the oracle has
+// it, unless the oracle itself came within 10 um of the ground. Error as above, without the sine
+// (slopes and grazing make it worse, so the tolerance is the ray's own: 10^-4 of a pixel).
+static void check_terrain(const char *name, geo_ellipsoid e, float (*sample)(int, int64_t, int64_t),
+                          double slope, double top, int eyes)
 {
     struct scene s;
     struct check_random r = {5};
@@ -204,15 +210,15 @@ static void check_terrain(const char *name, geo_ellipsoid e,
         dvec3 up = i % 4 == 0 ? dvec3_make(1e-4 * i, 0, i % 8 ? 1 : -1) : random_direction(&r);
         up = dvec3_normalize(up);
         double above = pow(10, check_random_range(&r, 1, i % 2 ? 4 : 7));
-        dvec3 eye = dvec3_scale(dvec3_make(up.x * e.a, up.y * e.a, up.z * e.b),
-                                1 + (top + above) / e.b);
+        dvec3 near = dvec3_scale(up, 1 + (top + above) / e.b); // the ellipsoid as the unit sphere
+        dvec3 eye = {near.x * e.a, near.y * e.a, near.z * e.b};
         look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
         for (int j = 0; j < 20; j++) {
             dvec3 to = dvec3_normalize(dvec3_cross(up, random_direction(&r)));
-            double dip = acos(e.b / dvec3_length(eye)) + check_random_range(&r, -0.01, 0.05);
+            double dip = acos(1 / dvec3_length(near)) + check_random_range(&r, -0.01, 0.05);
             dvec3 dir = j % 3 ? dvec3_mad(dvec3_scale(to, cos(dip)), up, -sin(dip))
-                              : aim(&r, eye, e.b * check_random_range(&r, 0, 1));
-            dir = dvec3_normalize(dir);
+                              : aim(&r, near, check_random_range(&r, 0, 1));
+            dir = dvec3_normalize(dvec3_make(dir.x * e.a, dir.y * e.a, dir.z * e.b));
             long double least, want = oracle_trace(&o, (double[]){eye.x, eye.y, eye.z},
                                                    (double[]){dir.x, dir.y, dir.z}, &least);
             ray_hit hit;
@@ -232,9 +238,9 @@ static void check_terrain(const char *name, geo_ellipsoid e,
             if (got) worst = fmax(worst, fabs((double)(hit.t - want)) / (pixel * hit.t));
         }
     }
-    print_message("%s: %d hits, %d misses, %d too close to tell, worst %.2e px along the ray\n", name,
-                  hits, misses, unsure, worst);
-    assert_true(hits > 4 * eyes && misses > eyes);
+    print_message("%s: %d hits, %d misses, %d too close to tell, worst %.2e px along the ray\n",
+                  name, hits, misses, unsure, worst);
+    assert_true(hits > 4 * eyes && misses > eyes / 2);
     assert_true(unsure <= eyes / 10);
     close_scene(&s);
 }
@@ -306,8 +312,8 @@ static void test_inside(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_forms),     cmocka_unit_test(test_waves),
-        cmocka_unit_test(test_cone_on_the_pole), cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_closed_forms),      cmocka_unit_test(test_waves),
+        cmocka_unit_test(test_cone_on_the_pole),  cmocka_unit_test(test_noise),
         cmocka_unit_test(test_no_peak_is_missed), cmocka_unit_test(test_inside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
