@@ -96,7 +96,7 @@ const struct option_spec option_table[] = {
     {"no-synthesis", 0, V | R | F, GROUP_DATA, FLAG(planet_params.no_synthesis),
      "show only what the data says, no synthesised detail"},
 
-    {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"), 
+    {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"),
      "spherical clipmap (default); render: or reference, a ray caster in double precision"},
     {"zoom", 0, R, GROUP_METHOD, INTEGER(zoom, 0, GRID_MAX_ZOOM, "Z"),
      "with --mode reference: cast against this zoom, 0..24 (default: the finest stored)"},
