@@ -118,8 +118,8 @@ PERIGEE_API void perigee_view_destroy(perigee_view **view);
 PERIGEE_API perigee_status perigee_view_set_camera(perigee_view *view,
                                                    const perigee_camera *camera);
 PERIGEE_API perigee_status perigee_view_set_time(
-    perigee_view *view, double unix_time_s); // the sun; default: noon at the camera
-// Moves the sun to stand over the camera's meridian (perpetual noon) again.
+    perigee_view *view, double unix_time_s); // the sun; default: always day
+// Back to always day: the sun stands 30 to 90 degrees high over the camera, wherever that is.
 PERIGEE_API void perigee_view_set_time_noon(perigee_view *view);
 
 // Renders one frame into the framebuffer bound now, viewport (0, 0, width, height). Never waits for

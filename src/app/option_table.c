@@ -72,7 +72,7 @@ const struct option_spec option_table[] = {
     {"samples", 0, R | F, GROUP_PICTURE, INTEGER(samples, 1, 8, "N"),
      "supersampling of PNGs, N x N a pixel, 1..8 (default 2; fly: 1)"},
     {"time", 0, V | R | F, GROUP_PICTURE, VALUE(option_time, "TIME"),
-     "where the sun stands: UTC as YYYY-MM-DDTHH:MM[:SS]Z, or noon at the camera (default)"},
+     "where the sun stands: UTC as YYYY-MM-DDTHH:MM[:SS]Z, or noon: always day (default)"},
 
     {"output", 'o', R | F | M, GROUP_OUTPUT, TEXT(output, "FILE"),
      "render: .png, or .exr with depth and position a pixel; fly: a pattern such as frames/%05d.png; "
