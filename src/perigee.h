@@ -117,8 +117,8 @@ PERIGEE_API void perigee_view_destroy(perigee_view **view);
 
 PERIGEE_API perigee_status perigee_view_set_camera(perigee_view *view,
                                                    const perigee_camera *camera);
-PERIGEE_API perigee_status
-perigee_view_set_time(perigee_view *view, double unix_time_s); // the sun; default: always day
+// Puts the sun where it stands at a time. Default: always day.
+PERIGEE_API perigee_status perigee_view_set_time(perigee_view *view, double unix_time_s);
 // Back to always day: the sun stands 30 to 90 degrees high over the camera, wherever that is.
 PERIGEE_API void perigee_view_set_time_noon(perigee_view *view);
 
