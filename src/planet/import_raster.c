@@ -3,6 +3,7 @@
 #include <cpl_conv.h>
 #include <cpl_error.h>
 #include <cpl_string.h>
+#include <float.h>
 #include <gdal.h>
 #include <gdal_utils.h>
 #include <ogr_srs_api.h>
@@ -20,6 +21,9 @@
 
 enum { MAX_BANDS = 3, MAX_CHAIN = 3 };
 
+// A planet file takes heights up to 1e7 m; half of that leaves room for the filters' overshoot.
+#define HEIGHT_MOST_M 5e6
+
 struct raster {
     const char *path;
     enum tile_layer layer;
@@ -32,6 +36,7 @@ struct raster {
     bool has_nodata[MAX_BANDS];
     double nodata[MAX_BANDS];
     double scale, offset; // metres = sample * scale + offset; pixels: to codes of 0 to 255
+    float height_most;    // heights further from the ellipsoid are no data
     bool south_up;
     char error[512]; // of the last read that failed
 };
@@ -260,6 +265,7 @@ status raster_open(const import_input *input, geo_ellipsoid ellipsoid, struct ra
     struct raster *r = NEW(struct raster);
     r->path = input->source.path;
     r->layer = input->source.layer;
+    r->height_most = (float)fmin(HEIGHT_MOST_M, 0.5 * fmin(ellipsoid.a, ellipsoid.b));
     r->grid.channels = r->layer == LAYER_COLOR ? 3 : 1;
     r->grid.read_planes = r->layer == LAYER_HEIGHT ? 1 : 3;
     status s = OK;
@@ -340,9 +346,10 @@ static void convert(const struct raster *r, float *planes, size_t count)
 {
     size_t all = count * (size_t)r->band_count;
     float scale = (float)r->scale, offset = (float)r->offset;
+    float most = r->layer == LAYER_HEIGHT ? r->height_most : FLT_MAX;
     for (size_t i = 0; i < all; i++) {
         float v = planes[i] * scale + offset;
-        planes[i] = isfinite(v) ? v : NAN;
+        planes[i] = fabsf(v) <= most ? v : NAN;
     }
     if (r->layer == LAYER_HEIGHT) return;
     light_decode(planes, all);

@@ -1,5 +1,6 @@
 // One source of an import as a grid of longitude and latitude. Samples come as float planes, NaN
-// where there is no data: heights in metres, pixels in linear light [0, 1]. A source in another
+// where there is no data (nor are heights that are not finite, or greater than half the planet's
+// radius or 5000 km): metres; pixels in linear light [0, 1]. A source in another
 // reference system is warped to such a grid, aligned with the planet's samples at the source's own
 // zoom. A handle belongs to one thread.
 #ifndef PERIGEE_PLANET_IMPORT_RASTER_H

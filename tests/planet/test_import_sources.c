@@ -175,6 +175,14 @@ static double with_bad_floats(int band, double lon, double lat)
     return by_degrees(band, lon, lat);
 }
 
+// Finite, but the height of nothing on this planet.
+static double with_absurd_floats(int band, double lon, double lat)
+{
+    if (lon > 14 && lon < 15) return lat > 45 ? 1e30 : 4e6;
+    if (lon >= 15 && lon < 16) return lat > 45 ? -3.4e38 : -9e6;
+    return by_degrees(band, lon, lat);
+}
+
 static void check_holes(const raster_spec *spec)
 {
     write_raster(spec);
@@ -211,6 +219,9 @@ static void test_no_data(void **state)
     floats.type = GDT_Float32;
     floats.value = with_bad_floats;
     floats.nodata = NULL;
+    check_holes(&floats);
+    floats.name = "absurd.tif";
+    floats.value = with_absurd_floats;
     check_holes(&floats);
     raster_spec all = marked;
     all.name = "empty.tif";
