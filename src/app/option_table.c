@@ -68,7 +68,7 @@ const struct option_spec option_table[] = {
     {"end", 0, F, GROUP_FLIGHT, NUMBER(end_s, 0, 1e6, "S"), "end at this second (default: the flight's end)"},
 
     {"size", 0, V | R | F, GROUP_PICTURE, VALUE(option_size, "WxH"),
-     "pixels, 1..16384 each (default 1280x960; fly: 1280x720)"},
+     "pixels, 1..16384 each (default 1280x960; fly: 1280x720, view: 1280x800)"},
     {"samples", 0, R | F, GROUP_PICTURE, INTEGER(samples, 1, 8, "N"),
      "supersampling of PNGs, N x N a pixel, 1..8 (default 2; fly: 1)"},
     {"time", 0, V | R | F, GROUP_PICTURE, VALUE(option_time, "TIME"),
@@ -108,7 +108,7 @@ const struct option_spec option_table[] = {
      "map coordinates by fragment (default) or vertex"},
     {"no-cull", 0, V | R | F, GROUP_METHOD, FLAG(view_params.no_cull), "draw every sector of every level in range"},
     {"levels", 0, V | R | F, GROUP_METHOD, VALUE(option_levels, "A-B"),
-     "draw the levels A to B, 0..23 (default: by horizon and pixel size)"},
+     "draw the levels A to B, 0..23, B at least 1 (default: by horizon and pixel size)"},
     {"azimuth-steps", 0, V | R | F, GROUP_METHOD, VALUE(option_azimuth_steps, "N"),
      "vertices around a ring, a multiple of 64, 64..4096 (default 1024)"},
     {"rings", 0, V | R | F, GROUP_METHOD, VALUE(option_rings, "M"),
