@@ -126,8 +126,8 @@ status option_mode(struct options *o, const char *name, const char *value)
 status option_levels(struct options *o, const char *name, const char *value)
 {
     int range[2];
-    if (!parse_pair(value, '-', 0, LEVEL_MAX, range) || range[0] > range[1])
-        return refuse(name, value, "A-B with 0 <= A <= B <= 23");
+    if (!parse_pair(value, '-', 0, LEVEL_MAX, range) || range[0] > range[1] || range[1] == 0)
+        return refuse(name, value, "A-B with 0 <= A <= B, 1 <= B <= 23");
     o->view_params.first_level = range[0];
     o->view_params.last_level = range[1];
     o->view_params.levels = range[1] >= 22 ? range[1] + 1 : 0;

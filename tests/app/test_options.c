@@ -136,6 +136,7 @@ static const struct {
     {"render -o a --levels 9-6", "--levels 9-6"},
     {"render -o a --levels 6", "--levels 6"},
     {"render -o a --levels 0-24", "--levels 0-24"},
+    {"render -o a --levels 0-0", "--levels 0-0"},
     {"render -o a --azimuth-steps 100", "--azimuth-steps 100"},
     {"render -o a --azimuth-steps 0", "--azimuth-steps 0"},
     {"render -o a --rings 0", "--rings 0"},
