@@ -7,7 +7,8 @@ target_compile_options(perigee_flags INTERFACE
     $<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra>
     $<$<BOOL:${PERIGEE_WERROR}>:-Werror>)
 if(PERIGEE_SANITIZE)
-    target_compile_options(perigee_flags INTERFACE -fsanitize=${PERIGEE_SANITIZE} -fno-omit-frame-pointer)
+    target_compile_options(perigee_flags INTERFACE -fsanitize=${PERIGEE_SANITIZE}
+        -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(perigee_flags INTERFACE -fsanitize=${PERIGEE_SANITIZE})
 endif()
 
