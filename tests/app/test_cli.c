@@ -7,6 +7,7 @@
 #include <ftw.h>
 #include <signal.h>
 #include <stdbool.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -25,7 +26,8 @@ struct answer {
 
 static struct answer answer;
 static char folder[] = "cli-XXXXXX";
-static bool gpu; // an OpenGL 4.5 is here
+static bool gpu;         // an OpenGL 4.5 is here
+static rlim_t file_most; // bytes the program may write to a file, as on a full disk; 0: any
 
 // A file into TEXT_SIZE characters, with a zero after it; what does not fit is left out.
 static size_t read_bytes(const char *path, char *text)
@@ -70,6 +72,8 @@ static void run(const char *line)
         argv[first - 1] = argv[0];
         redirect("out.txt", STDOUT_FILENO);
         redirect("err.txt", STDERR_FILENO);
+        signal(SIGXFSZ, SIG_IGN);
+        if (file_most) setrlimit(RLIMIT_FSIZE, &(struct rlimit){file_most, file_most});
         execv(PERIGEE_PROGRAM, argv + first - 1);
         _exit(127);
     }
@@ -123,22 +127,58 @@ static void write_raster(void)
             fprintf(f, "%.1f%c", 1000 * (1 + sin(row * M_PI / 18) * sin(col * M_PI / 12)),
                     col == 71 ? '\n' : ' ');
     assert_int_equal(fclose(f), 0);
-    write_text("globe.prj",
-               "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],"
-               "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]");
+    static const char wgs84[] =
+        "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],"
+        "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]";
+    write_text("globe.prj", wgs84);
+    write_text("empty.prj", wgs84);
+}
+
+static char file_data[1 << 22];
+
+static size_t load(const char *path)
+{
+    FILE *f = fopen(path, "rb");
+    assert_non_null(f);
+    size_t n = fread(file_data, 1, sizeof file_data, f);
+    fclose(f);
+    return n;
+}
+
+static void save(const char *path, size_t size)
+{
+    FILE *f = fopen(path, "wb");
+    assert_non_null(f);
+    fwrite(file_data, 1, size, f);
+    assert_int_equal(fclose(f), 0);
 }
 
 static void truncate_copy(const char *from, const char *to, size_t keep)
 {
-    static char data[1 << 22];
-    FILE *f = fopen(from, "rb");
-    assert_non_null(f);
-    size_t n = fread(data, 1, sizeof data, f);
-    fclose(f);
-    f = fopen(to, "wb");
-    assert_non_null(f);
-    fwrite(data, 1, n < keep ? n : keep, f);
-    assert_int_equal(fclose(f), 0);
+    size_t n = load(from);
+    save(to, n < keep ? n : keep);
+}
+
+// The same planet as if by a later program: SQLite keeps user_version in bytes 60 to 63.
+static void future_copy(const char *from, const char *to)
+{
+    size_t n = load(from);
+    file_data[63] = 99;
+    save(to, n);
+}
+
+// One bit other in each body of a tile: bodies of heights begin with OpenEXR's magic number.
+static int corrupt_copy(const char *from, const char *to)
+{
+    size_t n = load(from);
+    int bodies = 0;
+    for (size_t i = 0; i + 400 < n; i++) {
+        if (memcmp(file_data + i, "\x76\x2f\x31\x01", 4) != 0) continue;
+        file_data[i + 200] ^= 4;
+        bodies++;
+    }
+    save(to, n);
+    return bodies;
 }
 
 static int set_up(void **state)
@@ -146,6 +186,9 @@ static int set_up(void **state)
     (void)state;
     if (!mkdtemp(folder) || chdir(folder) != 0) return -1;
     write_raster();
+    write_text("one.asc", "ncols 1\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 5\n7\n");
+    write_text("empty.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n"
+                            "NODATA_value -9999\n-9999 -9999\n-9999 -9999\n");
     write_text("pixel.pgm", "P2\n2 2\n255\n1 2 3 4\n");
     write_text("bad.json", "{\n\"keys\": [,]}");
     write_text(
@@ -167,6 +210,7 @@ static int set_up(void **state)
     gpu = !strstr(answer.err, "no EGL") && !strstr(answer.err, "no OpenGL");
     truncate_copy("hills.planet", "cut.planet", 5000);
     truncate_copy("hills.planet", "head.planet", 60);
+    future_copy("hills.planet", "future.planet");
     return 0;
 }
 
@@ -213,6 +257,13 @@ static const struct {
     {"--lat 5", "'--lat'"},
     {"render hills.planet --lat 91 -o a.png", "--lat 91"},
     {"render hills.planet --alt nan -o a.png", "--alt nan"},
+    {"render hills.planet --alt -6400000 -o a.png", "--alt -6400000"},
+    {"render hills.planet --fov 0 -o a.png", "--fov 0"},
+    {"render hills.planet --fov 180 -o a.png", "--fov 180"},
+    {"render hills.planet --camera 0,0,inf -o a.png", "0,0,inf"},
+    {"render hills.planet --threads 0 -o a.png", "--threads 0"},
+    {"render hills.planet --threads 99999999999999999999 -o a.png", "--threads 9999"},
+    {"render hills.planet --size 99999x99999 -o a.png", "--size 99999x99999"},
     {"render hills.planet --size 0x5 -o a.png", "--size 0x5"},
     {"render hills.planet --lat 22 --lon 17 --alt -3 -o a.png", "--alt -3"},
     {"render hills.planet -o a.jpg", "a.jpg"},
@@ -225,6 +276,8 @@ static const struct {
     {"render empty.planet -o a.png", "empty.planet"},
     {"render head.planet -o a.png", "head.planet"},
     {"render cut.planet -o a.png", "cut.planet"},
+    {"render future.planet -o a.png", "future.planet: planet file of version 99"},
+    {"info future.planet", "future.planet"},
     {"render . -o a.png", "."},
     {"fly hills.planet --path missing.json -o f/%d.png", "missing.json"},
     {"fly hills.planet --path bad.json -o f/%d.png", "bad.json: line 2"},
@@ -236,6 +289,8 @@ static const struct {
     {"fly hills.planet --path short.json -o f/%d.png --start 2", "--start 2"},
     {"import --height missing.tif -o new.planet", "missing.tif"},
     {"import --height pixel.pgm -o new.planet", "pixel.pgm"},
+    {"import --height empty.asc -o none.planet", "none.planet: the sources hold no data"},
+    {"import --height one.asc -o new.planet", "one.asc"},
     {"import --height bad.json -o new.planet", "bad.json"},
     {"import --height globe.asc -o nowhere/new.planet", "nowhere/new.planet"},
     {"import --height globe.asc -o hills.planet", "hills.planet"},
@@ -278,16 +333,30 @@ static void test_full_disk(void **state)
                  "/dev/full");
 }
 
-static void test_info(void **state)
+// What was imported before the disk was full is not lost.
+static void test_full_disk_import(void **state)
 {
     (void)state;
-    expect_good("info hills.planet");
-    assert_non_null(strstr(answer.out, "Hills"));
-    assert_non_null(strstr(answer.out, "Nobody"));
-    assert_non_null(strstr(answer.out, "6378137.000"));
-    expect_good("info --json hills.planet");
-    assert_non_null(strstr(answer.out, "\"equatorialRadius\":\t6378137"));
-    assert_non_null(strstr(answer.out, "\"complete\":\ttrue"));
+    file_most = 100000;
+    expect_fault("import -q --height globe.asc --name Hills --attribution Nobody -o full.planet",
+                 "full.planet");
+    file_most = 0;
+    assert_int_equal(access("full.planet", F_OK), -1);
+    expect_good(
+        "import -q --height globe.asc --name Hills --attribution Nobody -o full.planet --resume");
+    expect_good("info full.planet");
+}
+
+static void test_full_disk_picture(void **state)
+{
+    (void)state;
+    if (!gpu) skip();
+    file_most = 1000;
+    run("render -q hills.planet --size 64x64 -o full.png");
+    file_most = 0;
+    assert_int_equal(answer.status, 1);
+    assert_non_null(strstr(answer.err, "full.png"));
+    assert_int_equal(access("full.png", F_OK), -1);
 }
 
 // Is any pixel of the picture lit?
@@ -301,6 +370,45 @@ static bool lit(const char *path, int width, int height)
     for (size_t i = 0; i < size; i++) any = any || rgb[i] > 40;
     free(rgb);
     return any;
+}
+
+// Mesa can be told to offer less; another driver does not listen.
+static void test_old_gl(void **state)
+{
+    (void)state;
+    if (!gpu) skip();
+    run("MESA_GL_VERSION_OVERRIDE=3.3 render -q hills.planet --size 16x16 -o old.png");
+    if (answer.status == 0) skip();
+    assert_int_equal(answer.status, 1);
+    assert_int_equal(count_lines(answer.err), 1);
+    assert_non_null(strstr(answer.err, "OpenGL 4.5"));
+    assert_int_equal(access("old.png", F_OK), -1);
+}
+
+// A corrupt tile is named and counted, and the picture is made.
+static void test_corrupt(void **state)
+{
+    (void)state;
+    if (!gpu) skip();
+    assert_true(corrupt_copy("hills.planet", "corrupt.planet") > 0);
+    expect_good("render -q corrupt.planet --size 64x48 --stats c.jsonl -o corrupt.png");
+    assert_non_null(strstr(answer.err, "corrupt.planet: tile height/0/0/0"));
+    assert_true(lit("corrupt.png", 64, 48));
+    static char stats[TEXT_SIZE];
+    read_bytes("c.jsonl", stats);
+    assert_non_null(strstr(stats, "\"tiles_corrupt\":2"));
+}
+
+static void test_info(void **state)
+{
+    (void)state;
+    expect_good("info hills.planet");
+    assert_non_null(strstr(answer.out, "Hills"));
+    assert_non_null(strstr(answer.out, "Nobody"));
+    assert_non_null(strstr(answer.out, "6378137.000"));
+    expect_good("info --json hills.planet");
+    assert_non_null(strstr(answer.out, "\"equatorialRadius\":\t6378137"));
+    assert_non_null(strstr(answer.out, "\"complete\":\ttrue"));
 }
 
 static void test_render(void **state)
@@ -410,11 +518,20 @@ static void test_interrupt(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_help),        cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_no_gpu),      cmocka_unit_test(test_info),
-        cmocka_unit_test(test_render),      cmocka_unit_test(test_timeout),
-        cmocka_unit_test(test_full_disk),   cmocka_unit_test(test_fly),
-        cmocka_unit_test(test_same_frames), cmocka_unit_test(test_interrupt),
+        cmocka_unit_test(test_help),
+        cmocka_unit_test(test_faults),
+        cmocka_unit_test(test_no_gpu),
+        cmocka_unit_test(test_old_gl),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_full_disk_import),
+        cmocka_unit_test(test_full_disk_picture),
+        cmocka_unit_test(test_corrupt),
+        cmocka_unit_test(test_info),
+        cmocka_unit_test(test_render),
+        cmocka_unit_test(test_timeout),
+        cmocka_unit_test(test_fly),
+        cmocka_unit_test(test_same_frames),
+        cmocka_unit_test(test_interrupt),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
