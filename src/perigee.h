@@ -69,7 +69,7 @@ enum perigee_transform {
 };
 
 typedef struct perigee_view_params {
-    int threads;         // workers that read and resample; 0: one for each processor
+    int threads;         // workers that read and resample, up to 256; 0: one for each processor
     int azimuth_steps;   // n; 0: 1024. A multiple of 64
     int rings_per_level; // m; 0: 40
     int levels;          // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)

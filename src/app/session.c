@@ -97,26 +97,11 @@ status session_camera(const struct session *s, perigee_camera *out)
     return place_over_ground(s, out);
 }
 
-// The lines of what is missing as one, with "; " between them.
-static void join_lines(char *text)
-{
-    size_t length = strlen(text);
-    while (length > 0 && text[length - 1] == '\n') text[--length] = '\0';
-    for (char *p = text; *p; p++)
-        if (*p == '\n') *p = ';';
-}
-
 status session_wait(const struct session *s, int width, int height)
 {
     const struct options *o = s->options;
     if (o->no_wait) return OK;
-    status result = (status)perigee_view_wait(s->view, width, height, o->timeout_s);
-    if (result != ERR_TIMEOUT) return result;
-    char missing[768] = "";
-    perigee_view_missing(s->view, missing, sizeof missing);
-    join_lines(missing);
-    log_error("not complete after --timeout %g s, missing: %s", o->timeout_s, missing);
-    return ERR_TIMEOUT;
+    return (status)perigee_view_wait(s->view, width, height, o->timeout_s);
 }
 
 int session_texts(const struct session *s, const perigee_camera *camera,

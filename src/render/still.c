@@ -153,8 +153,9 @@ perigee_status perigee_view_pick(perigee_view *v, double x_px, double y_px, doub
                                  double *lon_deg, double *height_m)
 {
     const frame *f = &v->frame;
-    int x = (int)floor(x_px), y = (int)floor(y_px);
-    if (x < 0 || y < 0 || x >= f->light.width || y >= f->light.height) return ERR_NOT_FOUND;
+    bool inside = x_px >= 0 && y_px >= 0 && x_px < f->light.width && y_px < f->light.height;
+    if (!inside) return ERR_NOT_FOUND;
+    int x = (int)x_px, y = (int)y_px;
     float depth = 0;
     glGetTextureSubImage(f->geometry.depth, 0, x, f->geometry.height - 1 - y, 0, 1, 1, 1,
                          GL_DEPTH_COMPONENT, GL_FLOAT, sizeof depth, &depth);

@@ -16,7 +16,13 @@
 
 #define RAD(deg) ((deg) * (M_PI / 180))
 
-enum { DEFAULT_AZIMUTH_STEPS = 1024, DEFAULT_RINGS = 40, DEFAULT_LEVELS = 22, MAX_SIZE = 16384 };
+enum {
+    DEFAULT_AZIMUTH_STEPS = 1024,
+    DEFAULT_RINGS = 40,
+    DEFAULT_LEVELS = 22,
+    MAX_SIZE = 16384,
+    MAX_THREADS = 256
+};
 
 static double clock_s(void)
 {
@@ -39,9 +45,15 @@ static status check_params(perigee_view_params *p)
         wrong = "rings a level (an even number up to 512)", value = p->rings_per_level;
     else if (p->levels < 3 || p->levels > CLIPMAP_MAX_LEVELS)
         wrong = "levels (3 to 24)", value = p->levels;
-    else if (p->last_level < 0 || p->last_level >= p->levels || p->first_level < 0 ||
+    else if (p->last_level < 0 || p->last_level >= p->levels)
+        wrong = "last level", value = p->last_level;
+    else if (p->first_level < 0 || p->first_level >= p->levels ||
              (p->last_level && p->first_level > p->last_level))
-        wrong = "level range (first to last)", value = p->first_level;
+        wrong = "first level", value = p->first_level;
+    else if (p->threads < 0 || p->threads > MAX_THREADS)
+        wrong = "number of threads (up to 256)", value = p->threads;
+    else if ((int)p->transform < 0 || p->transform > PERIGEE_TRANSFORM_BLEND)
+        wrong = "transform", value = (int)p->transform;
     if (!wrong) return OK;
     log_error("impossible %s: %d", wrong, value);
     return ERR_ARGUMENT;
@@ -296,6 +308,19 @@ perigee_status perigee_view_render(perigee_view *v, int width, int height)
     return (perigee_status)s;
 }
 
+// The lines of what is missing are told as one, with ";" between them.
+static status log_timeout(const perigee_view *v, double timeout_s)
+{
+    char missing[768] = "";
+    windows_missing(v->windows, missing, sizeof missing);
+    size_t length = strlen(missing);
+    while (length > 0 && missing[length - 1] == '\n') missing[--length] = '\0';
+    for (char *p = missing; *p; p++)
+        if (*p == '\n') *p = ';';
+    log_error("not complete after %g s, missing: %s", timeout_s, missing);
+    return ERR_TIMEOUT;
+}
+
 perigee_status perigee_view_wait(perigee_view *v, int width, int height, double timeout_s)
 {
     double end = clock_s() + timeout_s;
@@ -306,8 +331,8 @@ perigee_status perigee_view_wait(perigee_view *v, int width, int height, double 
         v->stats.total_bytes_uploaded += windows_pump(v->windows, -1);
         if (windows_settled(v->windows)) break;
         double left = end - clock_s();
-        if (left <= 0) {
-            s = ERR_TIMEOUT;
+        if (!(left > 0)) {
+            s = log_timeout(v, timeout_s);
             break;
         }
         // Focus unchanged: this only plans what did not fit in before.

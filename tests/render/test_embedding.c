@@ -74,11 +74,21 @@ static void test_impossible_values(void **state)
     assert_int_not_equal(perigee_view_render(view, 0, 10), 0);
     assert_non_null(strstr(perigee_last_error(), "0 x 10"));
     assert_int_not_equal(perigee_view_render(view, 10, 100000), 0);
-    perigee_view_params bad = {.azimuth_steps = 100};
-    perigee_view *none;
-    assert_int_not_equal(perigee_view_create(planet, &bad, &none), 0);
-    assert_null(none);
-    assert_non_null(strstr(perigee_last_error(), "100"));
+    const struct {
+        perigee_view_params p;
+        const char *says;
+    } bad[] = {
+        {{.azimuth_steps = 100}, "100"}, {{.threads = -1}, "-1"},
+        {{.threads = 100000}, "100000"}, {{.first_level = 22}, "22"},
+        {{.last_level = 22}, "22"},      {{.levels = 25}, "25"},
+        {{.rings_per_level = 3}, "3"},   {{.transform = 77}, "77"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        perigee_view *none;
+        assert_int_not_equal(perigee_view_create(planet, &bad[i].p, &none), 0);
+        assert_null(none);
+        assert_non_null(strstr(perigee_last_error(), bad[i].says));
+    }
     log_set_level(LOG_INFO);
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
@@ -102,6 +112,7 @@ static void test_missing_is_told(void **state)
     print_message("first frame: %.0f m, truth nearby %.0f m\n", at_edge, truth);
     check_near(at_edge, truth, 100); // 78 km a sample
     assert_int_not_equal(perigee_view_wait(view, 64, 64, 0), 0);
+    assert_non_null(strstr(perigee_last_error(), "missing: height level"));
     char text[4096];
     int missing = perigee_view_missing(view, text, sizeof text);
     assert_true(missing > 0);
