@@ -81,6 +81,7 @@ typedef struct perigee_view_params {
     bool no_cull;         // true: draw every sector of every level in range
     bool no_antialias;
     bool no_sky_glow;
+    bool identify; // true: keeps which triangle drew each pixel (perigee_view_read_triangles)
     size_t upload_bytes_frame; // bytes uploaded a frame at most; 0: 4 MiB
 } perigee_view_params;
 
@@ -119,6 +120,8 @@ PERIGEE_API perigee_status perigee_view_set_camera(perigee_view *view,
                                                    const perigee_camera *camera);
 // Puts the sun where it stands at a time. Default: always day.
 PERIGEE_API perigee_status perigee_view_set_time(perigee_view *view, double unix_time_s);
+// Puts the sun in a direction from the planet's centre (ECEF, of any finite length but 0).
+PERIGEE_API perigee_status perigee_view_set_sun(perigee_view *view, const double direction[3]);
 // Back to always day: the sun stands 30 to 90 degrees high over the camera, wherever that is.
 PERIGEE_API void perigee_view_set_time_noon(perigee_view *view);
 
@@ -146,6 +149,21 @@ typedef struct perigee_planes {
     float *level; // continuous level of detail
 } perigee_planes;
 PERIGEE_API perigee_status perigee_view_read_planes(perigee_view *view, perigee_planes *planes);
+
+// Which triangle of the mesh drew each pixel of the last frame, for a view created with `identify`
+// (else the code for an impossible argument). Planes: width * height, top row first; NULL planes
+// are skipped. Pixels of one triangle have one number, and no other pixel has it; it says nothing
+// beyond the frame. Waits for the GPU.
+typedef struct perigee_triangles {
+    uint32_t *triangle; // 0: sky
+    int *level;         // of the triangle's ring; last_level + 1: inside the finest ring; -1: sky
+    int *sector;        // of azimuth, 0 to 31 clockwise from north; -1: sky
+    // results
+    uint64_t ground_pixels; // pixels that are not sky
+    uint64_t visible;       // triangles that own a pixel
+} perigee_triangles;
+PERIGEE_API perigee_status perigee_view_read_triangles(perigee_view *view,
+                                                       perigee_triangles *triangles);
 
 // Renders off screen at any size, supersampled `samples` x `samples` times (1-8), into 8-bit sRGB
 // RGB, top row first.

@@ -1,4 +1,7 @@
 // Geometry says where: clip position, and the ring coordinates for the full-screen pass.
+#ifdef IDENTIFY
+#extension GL_ARB_shader_draw_parameters : require
+#endif
 #include "lib/blocks.glsl"
 #ifdef TEXCOORD_VERTEX
 #include "lib/map.glsl"
@@ -11,6 +14,11 @@ layout(location = 0) out vec2 ring_ne;
 #ifdef TEXCOORD_VERTEX
 layout(location = 1) out vec2 map_dlonlat;
 #endif
+#ifdef IDENTIFY
+layout(location = 2) flat out uvec2 quad;
+layout(location = 3) flat out float corner;
+layout(location = 4) out float across;
+#endif
 
 void main()
 {
@@ -19,5 +27,11 @@ void main()
 #ifdef TEXCOORD_VERTEX
     uint row = uint(gl_VertexID) / view.rings.w;
     map_dlonlat = map_of_ring(ring, min(float(row) / float(view.rings.z), float(view.rings.y) + 1.0));
+#endif
+#ifdef IDENTIFY
+    uint vertex = uint(gl_VertexID), columns = view.rings.w;
+    quad = uvec2(uint(gl_DrawIDARB) + 1u, vertex);
+    corner = float(vertex % columns) - float(vertex / columns);
+    across = corner;
 #endif
 }

@@ -21,6 +21,16 @@ int cell_fill_index(const ring_params *rings, int sector)
     return cell_index(rings->levels, 0, sector);
 }
 
+int cell_level(int cell)
+{
+    return cell / (CELL_BANDS * CELL_SECTORS);
+}
+
+int cell_sector(int cell)
+{
+    return cell % CELL_SECTORS;
+}
+
 cell_span cell_vertices(const ring_params *rings, int cell)
 {
     int sector = cell % CELL_SECTORS, band = cell / CELL_SECTORS;

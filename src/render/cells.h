@@ -21,6 +21,9 @@ typedef struct cell_span {
 int cell_count(const ring_params *rings);
 int cell_index(int level, int band, int sector);
 int cell_fill_index(const ring_params *rings, int sector);
+// Of a cell: its level (`levels` of the rings: the fill) and sector (clockwise from north).
+int cell_level(int cell);
+int cell_sector(int cell);
 cell_span cell_vertices(const ring_params *rings, int cell);
 
 // What the camera sees, in the meridian frame of the focus: planes through the camera, inward

@@ -4,10 +4,11 @@
 
 #include "gpu/program.h"
 
-status frame_init(frame *f, const char *defines, bool texcoord_vertex)
+status frame_init(frame *f, const char *defines, bool texcoord_vertex, bool identify)
 {
     memset(f, 0, sizeof *f);
     f->texcoord_vertex = texcoord_vertex;
+    f->identify = identify;
     const char *vert = "shade/fullscreen.vert";
     status s = gpu_program_create_render(vert, "shade/shade.frag", defines, &f->shade_program);
     if (!s) s = gpu_program_create_render(vert, "shade/sky.frag", defines, &f->sky_program);
@@ -41,9 +42,11 @@ status frame_resize(frame *f, int width, int height)
     if (f->light.framebuffer && f->light.width == width && f->light.height == height) return OK;
     gpu_target_deinit(&f->geometry);
     gpu_target_deinit(&f->light);
-    const GLenum geometry[2] = {GL_RG32F, GL_RG32F}, light[1] = {GL_RGBA16F};
-    status s = gpu_target_init(&f->geometry, width, height, geometry, f->texcoord_vertex ? 2 : 1,
-                               GL_DEPTH_COMPONENT32F);
+    GLenum geometry[3] = {GL_RG32F}, light[1] = {GL_RGBA16F};
+    int count = 1;
+    if (f->texcoord_vertex) geometry[count++] = GL_RG32F;
+    if (f->identify) geometry[count++] = GL_RG32UI;
+    status s = gpu_target_init(&f->geometry, width, height, geometry, count, GL_DEPTH_COMPONENT32F);
     if (!s) s = gpu_target_init(&f->light, width, height, light, 1, GL_DEPTH_COMPONENT32F);
     if (s) {
         gpu_target_deinit(&f->geometry);
@@ -60,7 +63,13 @@ status frame_resize(frame *f, int width, int height)
 size_t frame_target_bytes(const frame *f)
 {
     size_t pixels = (size_t)f->light.width * (size_t)f->light.height;
-    return pixels * (8u + 4u + 4u + (f->texcoord_vertex ? 16u : 8u));
+    return pixels * (8u + 4u + 4u + (f->texcoord_vertex ? 16u : 8u) + (f->identify ? 8u : 0u));
+}
+
+void frame_read_identifiers(const frame *f, uint32_t *pairs)
+{
+    gpu_target_read(&f->geometry, f->geometry.colors[f->texcoord_vertex ? 2 : 1], GL_RG_INTEGER,
+                    GL_UNSIGNED_INT, 2 * sizeof *pairs, pairs);
 }
 
 void frame_set_blocks(frame *f, const struct view_block *view, const struct levels_block *levels)
@@ -93,8 +102,11 @@ void frame_begin_geometry(frame *f, const struct windows *w)
     glFrontFace(GL_CCW);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     const GLfloat none[4] = {0}, far_away = 0;
-    for (int i = 0; i < f->geometry.color_count; i++)
+    const GLuint nothing[4] = {0};
+    int floats = f->texcoord_vertex ? 2 : 1;
+    for (int i = 0; i < floats; i++)
         glClearNamedFramebufferfv(f->geometry.framebuffer, GL_COLOR, i, none);
+    if (f->identify) glClearNamedFramebufferuiv(f->geometry.framebuffer, GL_COLOR, floats, nothing);
     glClearNamedFramebufferfv(f->geometry.framebuffer, GL_DEPTH, 0, &far_away);
 }
 

@@ -13,21 +13,26 @@
 #include "render/windows.h"
 
 typedef struct frame {
-    gpu_target geometry; // ring coordinates RG32F (and map coordinates RG32F), depth 32F reversed
+    // Ring coordinates RG32F (and map coordinates RG32F, and identifiers RG32UI), depth 32F
+    // reversed.
+    gpu_target geometry;
     gpu_target
         light; // linear RGBA16F, a = 1 on the planet; a copy of the depth, which chooses the shader
     GLuint view_buffer, levels_buffer;
     GLuint shade_program, sky_program, resolve_program, empty_array;
-    bool texcoord_vertex;
+    bool texcoord_vertex, identify;
 } frame;
 
 // `defines`: text put before the shaders. ERR_GPU.
-status frame_init(frame *f, const char *defines, bool texcoord_vertex);
+status frame_init(frame *f, const char *defines, bool texcoord_vertex, bool identify);
 void frame_deinit(frame *f);
 
 // Makes the targets fit; nothing when they do already.
 status frame_resize(frame *f, int width, int height);
 size_t frame_target_bytes(const frame *f);
+
+// The identifiers of the geometry drawn last (mesh.frag), two a pixel, top row first.
+void frame_read_identifiers(const frame *f, uint32_t *pairs);
 
 void frame_set_blocks(frame *f, const struct view_block *view, const struct levels_block *levels);
 

@@ -23,6 +23,7 @@ struct spherical {
     GLsizei *counts;
     const void **offsets;
     GLint *bases;
+    int *drawn;                         // the cell of each draw
     GLsizei ring_indices, fill_indices; // of one cell
     size_t gpu_bytes;
 };
@@ -33,18 +34,19 @@ static int vertex_rows(const ring_params *r)
 }
 
 // Two triangles a quad, counter-clockwise seen from above: azimuth grows clockwise from north,
-// rings inwards.
+// rings inwards. The last vertex of both is that of the outer ring and smaller azimuth, by which
+// mesh.frag tells a quad from all others.
 static uint32_t *write_quads(uint32_t *out, int rings, int steps, uint32_t columns)
 {
     for (uint32_t j = 0; j < (uint32_t)rings; j++) {
         for (uint32_t i = 0; i < (uint32_t)steps; i++) {
             uint32_t outer = j * columns + i, inner = outer + columns;
-            *out++ = outer;
             *out++ = inner + 1;
             *out++ = outer + 1;
             *out++ = outer;
             *out++ = inner;
             *out++ = inner + 1;
+            *out++ = outer;
         }
     }
     return out;
@@ -124,6 +126,7 @@ status spherical_create(const spherical_params *params, struct spherical **out)
     s->counts = NEW_ARRAY(GLsizei, cells);
     s->offsets = NEW_ARRAY(const void *, cells);
     s->bases = NEW_ARRAY(GLint, cells);
+    s->drawn = NEW_ARRAY(int, cells);
     status r = make_buffers(s);
     if (!r) r = gpu_program_create_compute("place/place.comp", params->defines, &s->place_program);
     if (!r)
@@ -148,6 +151,7 @@ void spherical_destroy(struct spherical **spherical)
     free(s->counts);
     free(s->offsets);
     free(s->bases);
+    free(s->drawn);
     free(s);
     *spherical = NULL;
 }
@@ -203,6 +207,7 @@ static void select_cell(struct spherical *s, int cell, bool fill, struct selecti
     uintptr_t offset = fill ? (size_t)s->ring_indices * sizeof(uint32_t) : 0;
     s->offsets[sel->draws] = (const void *)offset;
     s->bases[sel->draws] = (GLint)(v.row * (uint32_t)ring_columns(&s->rings) + v.column);
+    s->drawn[sel->draws] = cell;
     sel->draws++;
     sel->triangles += (uint64_t)indices / 3;
     if (s->placed[cell] == s->epoch) return;
@@ -253,4 +258,9 @@ void spherical_draw(struct spherical *s, const struct windows *w, const cell_vie
     if (sel.draws)
         glMultiDrawElementsBaseVertex(GL_TRIANGLES, s->counts, GL_UNSIGNED_INT,
                                       (const void *const *)s->offsets, sel.draws, s->bases);
+}
+
+int spherical_drawn_cell(const struct spherical *s, uint32_t draw)
+{
+    return s->drawn[draw];
 }

@@ -35,4 +35,8 @@ void spherical_invalidate(struct spherical *s);
 void spherical_draw(struct spherical *s, const struct windows *w, const cell_view *view, int first,
                     int last, bool cull, struct spherical_counts *counts);
 
+// The cell that draw `draw` (from 0, as mesh.frag's identifiers count) of the last spherical_draw
+// drew.
+int spherical_drawn_cell(const struct spherical *s, uint32_t draw);
+
 #endif

@@ -62,9 +62,10 @@ static status check_params(perigee_view_params *p)
 static status create_parts(perigee_view *v)
 {
     char defines[128];
-    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s", (int)v->params.transform,
+    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s%s", (int)v->params.transform,
              v->params.hardware_filter ? "#define HARDWARE_FILTER 1\n" : "",
-             v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "");
+             v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "",
+             v->params.identify ? "#define IDENTIFY 1\n" : "");
     v->pool = pool_create(v->params.threads, 256);
     windows_params w = {.pyramid = v->planet->pyramid,
                         .pool = v->pool,
@@ -77,7 +78,7 @@ static status create_parts(perigee_view *v)
     status s = windows_create(&w, &v->windows);
     if (!s) windows_fill_coarsest(v->windows, 5);
     if (!s) s = spherical_create(&g, &v->spherical);
-    if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex);
+    if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex, v->params.identify);
     return s;
 }
 
@@ -157,29 +158,46 @@ perigee_status perigee_view_set_camera(perigee_view *v, const perigee_camera *c)
     return OK;
 }
 
+static void set_sun(perigee_view *v, dvec3 direction)
+{
+    v->dirty |= !v->has_sun || memcmp(&direction, &v->sun, sizeof direction);
+    v->has_sun = true;
+    v->sun = direction;
+}
+
 perigee_status perigee_view_set_time(perigee_view *v, double unix_time_s)
 {
     if (!isfinite(unix_time_s)) {
         log_error("impossible time: %g", unix_time_s);
         return ERR_ARGUMENT;
     }
-    v->dirty |= !v->has_time || v->time_s != unix_time_s;
-    v->has_time = true;
-    v->time_s = unix_time_s;
+    set_sun(v, geo_sun_direction(unix_time_s));
+    return OK;
+}
+
+perigee_status perigee_view_set_sun(perigee_view *v, const double direction[3])
+{
+    dvec3 d = {direction[0], direction[1], direction[2]};
+    double length = dvec3_length(d);
+    if (!(length > 0 && isfinite(length))) {
+        log_error("impossible direction of the sun: %g %g %g", d.x, d.y, d.z);
+        return ERR_ARGUMENT;
+    }
+    set_sun(v, dvec3_scale(d, 1 / length));
     return OK;
 }
 
 void perigee_view_set_time_noon(perigee_view *v)
 {
-    v->dirty |= v->has_time;
-    v->has_time = false;
+    v->dirty |= v->has_sun;
+    v->has_sun = false;
 }
 
 // Perpetual daylight: the camera's own direction pulled towards a fixed one, so that the sun stands
 // 30 to 90 degrees high everywhere and moves smoothly over poles and meridians.
 static dvec3 sun_direction(const perigee_view *v)
 {
-    if (v->has_time) return geo_sun_direction(v->time_s);
+    if (v->has_sun) return v->sun;
     dvec3 fixed = {0.42, -0.65, 0.38}; // shorter than 1: never night
     return dvec3_normalize(dvec3_add(dvec3_normalize(v->projection.camera_ecef), fixed));
 }

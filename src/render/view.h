@@ -18,8 +18,8 @@ struct perigee_view {
     struct gpu_timer *timer;
 
     geo_camera camera;
-    bool has_time; // the sun stands where time_s says; else always high over the camera
-    double time_s;
+    bool has_sun; // the sun stands in the direction `sun`; else always high over the camera
+    dvec3 sun;    // unit vector, ECEF
 
     projection projection; // of the last frame, with `levels` of it
     int first, last;

@@ -61,6 +61,42 @@ static void test_day_and_night(void **state)
     perigee_planet_close(&planet);
 }
 
+// A direction in place of a time: the lit side follows it, its length does not matter, and the time
+// is taken back by it.
+static void test_sun_of_a_direction(void **state)
+{
+    (void)state;
+    static float g[SIZE * SIZE], again[SIZE * SIZE];
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, NULL);
+    perigee_planes planes = {.g = g};
+    double left, right;
+    perigee_camera c = {.alt_m = 1.2e7, .pitch_deg = -90, .fov_deg = 50};
+    for (int side = -1; side <= 1; side += 2) {
+        light_from(view, 0, 0, 1782043200, &left, &right); // some time
+        const double to_sun[3] = {0, side, 0}, far_sun[3] = {0, side * 1.5e11, 0};
+        assert_int_equal(perigee_view_set_sun(view, to_sun), 0);
+        scene_render(view, &c, SIZE, SIZE);
+        planes.g = g;
+        assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+        double west = g[SIZE / 2 * SIZE + SIZE / 4], east = g[SIZE / 2 * SIZE + SIZE * 3 / 4];
+        print_message("sun over %d E: west %.4f, east %.4f\n", 90 * side, west, east);
+        assert_true(side > 0 ? west < 0.2 * east : east < 0.2 * west);
+        assert_int_equal(perigee_view_set_sun(view, far_sun), 0);
+        scene_render(view, &c, SIZE, SIZE);
+        planes.g = again;
+        assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+        assert_memory_equal(g, again, sizeof g);
+    }
+    const double nowhere[3] = {0}, wrong[3] = {0, NAN, 1}, beyond[3] = {INFINITY, 0, 1};
+    assert_int_not_equal(perigee_view_set_sun(view, nowhere), 0);
+    assert_non_null(strstr(perigee_last_error(), "impossible direction of the sun: 0 0 0"));
+    assert_int_not_equal(perigee_view_set_sun(view, wrong), 0);
+    assert_int_not_equal(perigee_view_set_sun(view, beyond), 0);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
 // Without a time it is day everywhere, and crossing a pole or the date line changes nothing at
 // once.
 static void test_perpetual_day(void **state)
@@ -118,6 +154,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_day_and_night),
+        cmocka_unit_test(test_sun_of_a_direction),
         cmocka_unit_test(test_perpetual_day),
         cmocka_unit_test(test_far_and_small_keeps_its_light),
     };
