@@ -72,6 +72,7 @@ typedef struct perigee_view_params {
     int threads;         // workers that read and resample, up to 256; 0: one for each processor
     int azimuth_steps;   // n; 0: 1024. A multiple of 64
     int rings_per_level; // m; 0: 40
+    int texels;          // N, height samples across a level's ring; 0: 256. 128, 256, 512 or 1024
     int levels;          // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
     int first_level;     // coarsest level drawn; 0: by the horizon
     int last_level;      // finest level drawn; 0: by the pixel size

@@ -46,8 +46,9 @@ void main()
     uint level = min(ring_row / rings, last);
     float f = float(ring_row - level * rings) / float(rings);
     vec2 dlonlat = map_of_ring(r, float(level) + f);
-    int sampled = int(min(level, view.layers.x));
-    float coarser = level > view.layers.x ? 0.0 : transition_to_coarser(f);
+    int wanted = max(int(level) - int(view.layers.z), 0), finest = int(view.layers.x);
+    int sampled = min(wanted, finest);
+    float coarser = wanted > finest ? 0.0 : transition_to_coarser(f);
     float h = chain_height(dlonlat, sampled, coarser);
     float x, y, z;
     relative_position(r.x, r.y, r.z, h, view.focus.x, view.focus.y, view.axes.x, view.axes.y, view.axes.z, view.axes.w,

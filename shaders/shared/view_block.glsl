@@ -13,4 +13,4 @@ BLOCK_VEC4(sun)                /* unit vector to the sun, meridian frame; w: cos
 BLOCK_VEC4(atmosphere)         /* 1 / scale height in planet radii; radius / scale height; glow strength; sin of longitude */
 BLOCK_VEC4(screen)             /* width, height (px); near plane (m); angle of one pixel (rad) */
 BLOCK_UVEC4(rings)             /* coarsest and finest drawn level; rings a level; columns a ring */
-BLOCK_UVEC4(layers)            /* finest height level and finest colour level of the windows */
+BLOCK_UVEC4(layers)            /* finest height level and finest colour level of the windows; by how much a ring's heights are coarser */

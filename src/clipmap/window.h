@@ -30,9 +30,14 @@ typedef struct window_shape {
     int diameter_rows; // a power of two >= 256
 } window_shape;
 
-// Heights: 288 x 512 for 256 rows across; colour: 1056 x 1024 for 1024 rows across.
-#define WINDOW_HEIGHT ((window_shape){288, 512, 256})
-#define WINDOW_COLOR  ((window_shape){1056, 1024, 1024})
+// Colour: 1056 x 1024 for 1024 rows across. Heights: 288 x 512 for 256 rows across, and in that
+// proportion for more.
+#define WINDOW_COLOR ((window_shape){1056, 1024, 1024})
+
+static inline window_shape window_height_shape(int diameter_rows)
+{
+    return (window_shape){diameter_rows + diameter_rows / 8, 2 * diameter_rows, diameter_rows};
+}
 
 // A half-open rectangle of window samples: rows [row0, row1), columns [col0, col1), col1 - col0 <=
 // cols. Empty when row0 >= row1 or col0 >= col1.

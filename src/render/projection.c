@@ -15,15 +15,12 @@ static dmat3 mat_mul(dmat3 a, dmat3 b)
     return r;
 }
 
-projection projection_make(geo_ellipsoid e, const geo_camera *camera, int width, int height,
-                           double jitter_x, double jitter_y)
+projection projection_make(geo_ellipsoid e, const geo_camera *camera, double focus_lat,
+                           double focus_lon, int width, int height)
 {
     projection p = {.ellipsoid = e, .camera = *camera, .width = width, .height = height};
-    p.jitter_x = jitter_x;
-    p.jitter_y = jitter_y;
     p.camera_ecef = geo_ecef_from_geodetic(e, camera->position);
-    p.focus = geo_focus_make(e, camera->position.lat, camera->position.lon, p.camera_ecef,
-                             camera->position.height);
+    p.focus = geo_focus_make(e, focus_lat, focus_lon, p.camera_ecef, camera->position.height);
     p.eye_from_meridian =
         mat_mul(geo_eye_from_ecef(camera), dmat3_transpose(p.focus.meridian_from_ecef));
     return p;
@@ -129,10 +126,9 @@ int projection_first_level(const cell_view *view)
     return level < 0 ? 0 : (int)floor(level);
 }
 
-int projection_last_level(const projection *p, double clearance, int rows, int levels)
+int projection_last_level(const projection *p, double distance, int rows, int levels)
 {
-    double pixel =
-        geo_pixel_size(fmax(clearance, 0.1), p->camera.fov_y, p->height) / p->ellipsoid.a;
+    double pixel = geo_pixel_size(fmax(distance, 0.1), p->camera.fov_y, p->height) / p->ellipsoid.a;
     double level = ceil(log2(2 * M_PI / (rows * pixel)));
     return (int)clamp_double(level, 2, levels - 1);
 }

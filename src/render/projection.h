@@ -12,7 +12,7 @@ typedef struct projection {
     geo_ellipsoid ellipsoid;
     geo_camera camera;
     dvec3 camera_ecef;
-    struct geo_focus focus; // the camera's nadir
+    struct geo_focus focus; // of the rings
     dmat3 eye_from_meridian;
     int width, height;         // px
     double jitter_x, jitter_y; // px, by which the picture is moved
@@ -20,8 +20,9 @@ typedef struct projection {
 
 #define PROJECTION_NEAR_M 0.1
 
-projection projection_make(geo_ellipsoid e, const geo_camera *camera, int width, int height,
-                           double jitter_x, double jitter_y);
+// Not jittered. The focus: geodetic, rad, anywhere on the planet.
+projection projection_make(geo_ellipsoid e, const geo_camera *camera, double focus_lat,
+                           double focus_lon, int width, int height);
 
 // Fills everything of the block but mode and layers.
 void projection_fill_block(const projection *p, dvec3 sun_ecef, bool sky_glow,
@@ -35,8 +36,8 @@ cell_view projection_cell_view(const projection *p, double lowest, double summit
 dvec3 projection_unproject(const projection *p, double x_px, double y_px, double z);
 
 // Coarsest level that can be seen (by the horizon) and finest that is worth drawing: its samples
-// (`rows` across its diameter) are no wider than a pixel on the ground `clearance` metres below.
+// (`rows` across its diameter) are no wider than a pixel on the ground `distance` metres away.
 int projection_first_level(const cell_view *view);
-int projection_last_level(const projection *p, double clearance, int rows, int levels);
+int projection_last_level(const projection *p, double distance, int rows, int levels);
 
 #endif

@@ -19,6 +19,7 @@
 enum {
     DEFAULT_AZIMUTH_STEPS = 1024,
     DEFAULT_RINGS = 40,
+    DEFAULT_TEXELS = 256,
     DEFAULT_LEVELS = 22,
     MAX_SIZE = 16384,
     MAX_THREADS = 256
@@ -35,6 +36,7 @@ static status check_params(perigee_view_params *p)
 {
     if (!p->azimuth_steps) p->azimuth_steps = DEFAULT_AZIMUTH_STEPS;
     if (!p->rings_per_level) p->rings_per_level = DEFAULT_RINGS;
+    if (!p->texels) p->texels = DEFAULT_TEXELS;
     if (!p->levels) p->levels = DEFAULT_LEVELS;
     if (!p->upload_bytes_frame) p->upload_bytes_frame = (size_t)4 << 20;
     const char *wrong = NULL;
@@ -43,6 +45,8 @@ static status check_params(perigee_view_params *p)
         wrong = "azimuth steps (a multiple of 64 up to 4096)", value = p->azimuth_steps;
     else if (p->rings_per_level < 2 || p->rings_per_level > 512 || p->rings_per_level % CELL_BANDS)
         wrong = "rings a level (an even number up to 512)", value = p->rings_per_level;
+    else if (p->texels < 128 || p->texels > 1024 || (p->texels & (p->texels - 1)))
+        wrong = "height samples across a ring (128, 256, 512 or 1024)", value = p->texels;
     else if (p->levels < 3 || p->levels > CLIPMAP_MAX_LEVELS)
         wrong = "levels (3 to 24)", value = p->levels;
     else if (p->last_level < 0 || p->last_level >= p->levels)
@@ -70,6 +74,7 @@ static status create_parts(perigee_view *v)
     windows_params w = {.pyramid = v->planet->pyramid,
                         .pool = v->pool,
                         .levels = v->params.levels,
+                        .texels = v->params.texels,
                         .upload_bytes_frame = v->params.upload_bytes_frame};
     spherical_params g = {.rings = {.azimuth_steps = v->params.azimuth_steps,
                                     .rings_per_level = v->params.rings_per_level,
@@ -202,17 +207,12 @@ static dvec3 sun_direction(const perigee_view *v)
     return dvec3_normalize(dvec3_add(dvec3_normalize(v->projection.camera_ecef), fixed));
 }
 
-// Metres from the camera down to the terrain, never more than they are: the data under the camera,
-// less what synthesis may add to it (a tenth of its sample spacing).
-static double clearance(const perigee_view *v)
+// Vertices stand relative to the camera, in the frame of the focus.
+static void find_gaze(perigee_view *v, double aspect)
 {
-    const struct planet_meta *m = planet_file_meta(v->planet->file);
-    const geodetic *p = &v->camera.position;
-    if (p->height > 2 * m->height_max + 1e5) return p->height;
-    int zoom = m->max_zoom[LAYER_HEIGHT] < 0 ? 0 : m->max_zoom[LAYER_HEIGHT];
-    double ground = 0;
-    if (pyramid_height_at(v->planet->pyramid, zoom, p->lat, p->lon, &ground)) return 1;
-    return p->height - ground - 0.02 * grid_step_lat(zoom) * m->ellipsoid.a;
+    gaze found = gaze_find(v->planet->pyramid, &v->camera, aspect);
+    if (found.lat != v->gaze.lat || found.lon != v->gaze.lon) v->placed_dirty = true;
+    v->gaze = found;
 }
 
 status view_prepare(perigee_view *v, int width, int height)
@@ -228,14 +228,16 @@ status view_prepare(perigee_view *v, int width, int height)
     v->stats.gpu_bytes_targets = frame_target_bytes(&v->frame);
     v->dirty |= resized;
     if (!v->dirty) return OK;
-    v->projection = projection_make(m->ellipsoid, &v->camera, width, height, 0, 0);
+    find_gaze(v, (double)width / height);
+    v->projection =
+        projection_make(m->ellipsoid, &v->camera, v->gaze.lat, v->gaze.lon, width, height);
     cell_view cells = projection_cell_view(&v->projection, m->height_min, m->height_max);
-    v->last = v->params.last_level
-                  ? v->params.last_level
-                  : projection_last_level(&v->projection, clearance(v), 256, v->params.levels);
+    v->last = v->params.last_level ? v->params.last_level
+                                   : projection_last_level(&v->projection, v->gaze.distance,
+                                                           v->params.texels, v->params.levels);
     v->first = v->params.first_level ? v->params.first_level : projection_first_level(&cells);
     if (v->first > v->last) v->first = v->last;
-    windows_move(v->windows, v->camera.position.lat, v->camera.position.lon, v->last);
+    windows_move(v->windows, v->gaze.lat, v->gaze.lon, v->last);
     return OK;
 }
 
@@ -246,7 +248,9 @@ static void fill_view_block(const perigee_view *v, struct view_block *b)
     const uint32_t rings[4] = {(uint32_t)v->first, (uint32_t)v->last,
                                (uint32_t)v->params.rings_per_level,
                                (uint32_t)v->params.azimuth_steps + 2};
-    const uint32_t layers[4] = {(uint32_t)v->last, (uint32_t)windows_color_levels(v->windows) - 1};
+    uint32_t shift = (uint32_t)windows_shift(v->windows);
+    const uint32_t layers[4] = {(uint32_t)v->last - shift,
+                                (uint32_t)windows_color_levels(v->windows) - 1, shift};
     memcpy(b->rings, rings, sizeof rings);
     memcpy(b->layers, layers, sizeof layers);
 }
@@ -255,7 +259,8 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
 {
     const struct planet_meta *m = planet_file_meta(v->planet->file);
     projection *p = &v->projection;
-    *p = projection_make(m->ellipsoid, &v->camera, p->width, p->height, jitter_x, jitter_y);
+    p->jitter_x = jitter_x;
+    p->jitter_y = jitter_y;
     struct view_block view;
     struct levels_block levels;
     fill_view_block(v, &view);
@@ -354,7 +359,7 @@ perigee_status perigee_view_wait(perigee_view *v, int width, int height, double 
             break;
         }
         // Focus unchanged: this only plans what did not fit in before.
-        windows_move(v->windows, v->camera.position.lat, v->camera.position.lon, v->last);
+        windows_move(v->windows, v->gaze.lat, v->gaze.lon, v->last);
         glFinish();
         windows_wait(v->windows, fmin(left, 0.05));
     }

@@ -4,6 +4,7 @@
 
 #include "gpu/timer.h"
 #include "render/frame.h"
+#include "render/gaze.h"
 #include "render/planet_handle.h"
 #include "render/projection.h"
 #include "render/spherical.h"
@@ -21,6 +22,7 @@ struct perigee_view {
     bool has_sun; // the sun stands in the direction `sun`; else always high over the camera
     dvec3 sun;    // unit vector, ECEF
 
+    gaze gaze;             // of the last frame
     projection projection; // of the last frame, with `levels` of it
     int first, last;
     bool dirty;        // something but the windows changed since the last frame

@@ -48,6 +48,7 @@ struct windows {
     geo_ellipsoid ellipsoid;
     double lat, lon;
     size_t gpu_bytes;
+    int shift; // by how many levels the heights are coarser than the rings
     bool heights_changed, changed;
 };
 
@@ -72,7 +73,7 @@ static status create_layers(struct windows *w, const windows_params *p)
 {
     const struct planet_meta *meta = pyramid_meta(p->pyramid);
     clipmap_params c = {.layer = LAYER_HEIGHT,
-                        .shape = WINDOW_HEIGHT,
+                        .shape = window_height_shape(p->texels > 256 ? p->texels : 256),
                         .levels = p->levels,
                         .ring_bound =
                             fmax(w->ellipsoid.a / w->ellipsoid.b, w->ellipsoid.b / w->ellipsoid.a)};
@@ -115,6 +116,7 @@ status windows_create(const windows_params *params, struct windows **out)
 {
     struct windows *w = NEW(struct windows);
     w->ellipsoid = pyramid_meta(params->pyramid)->ellipsoid;
+    w->shift = params->texels < 256; // the windows of 256 rows serve for 128
     status s = create_layers(w, params);
     if (!s) s = create_textures(w);
     if (!s) s = gpu_upload_create(params->upload_bytes_frame, &w->upload);
@@ -165,6 +167,11 @@ size_t windows_gpu_bytes(const struct windows *w)
     return w->gpu_bytes;
 }
 
+int windows_shift(const struct windows *w)
+{
+    return w->shift;
+}
+
 int windows_color_levels(const struct windows *w)
 {
     return w->color.levels;
@@ -175,7 +182,8 @@ void windows_move(struct windows *w, double lat, double lon, int last)
     w->changed |= lat != w->lat || lon != w->lon;
     w->lat = lat;
     w->lon = lon;
-    int last_height = last < w->height.levels ? last : w->height.levels - 1;
+    int last_height = last - w->shift;
+    if (last_height >= w->height.levels) last_height = w->height.levels - 1;
     int last_color = last < w->color.levels ? last : w->color.levels - 1;
     clipmap_move(w->height.clipmap, lat, lon, last_height);
     clipmap_move(w->color.clipmap, lat, lon, last_color);
@@ -439,6 +447,8 @@ void windows_fill_block(const struct windows *w, struct levels_block *b)
 
 void windows_height_bounds(const struct windows *w, int level, double *low, double *high)
 {
+    level -= w->shift;
+    if (level < 0) level = 0;
     if (level >= w->height.levels) level = w->height.levels - 1;
     *low = INFINITY;
     *high = -INFINITY;

@@ -16,6 +16,7 @@ typedef struct windows_params {
     struct pyramid *pyramid; // borrowed, like the pool
     struct pool *pool;
     int levels; // of heights
+    int texels; // height samples across a level's ring: 128, 256, 512 or 1024
     size_t upload_bytes_frame;
 } windows_params;
 
@@ -27,6 +28,8 @@ GLuint windows_normals(const struct windows *w);
 GLuint windows_convexity(const struct windows *w);
 GLuint windows_colors(const struct windows *w);
 size_t windows_gpu_bytes(const struct windows *w);
+// By how many levels coarser than a ring's own level its heights are: 1 for 128 samples across.
+int windows_shift(const struct windows *w);
 int windows_color_levels(const struct windows *w);
 
 // Sets the focus (geodetic, rad) and the finest level wanted; plans work.

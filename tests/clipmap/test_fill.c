@@ -104,7 +104,7 @@ static void sweep(window_shape shape, int count, int most, checker *check)
 static void heights(void **state)
 {
     (void)state;
-    sweep(WINDOW_HEIGHT, 1000, 40, check_heights);
+    sweep(window_height_shape(256), 1000, 40, check_heights);
     assert_true(ratios[1] > 500 && ratios[2] > 500);
     sweep((window_shape){288, 64, 256}, 500, 40, check_heights);
     sweep((window_shape){288, 4096, 256}, 100, 8, check_heights);
@@ -125,7 +125,7 @@ static void wide_and_narrow_shares(void **state)
 {
     (void)state;
     struct pyramid *p = fake_pyramid_create();
-    window_shape shape = WINDOW_HEIGHT;
+    window_shape shape = window_height_shape(256);
     memset(ratios, 0, sizeof ratios);
     for (int share = 0; share <= 6; share++)
         for (int64_t row = -16; row < 16384 + 16; row += 37) {
@@ -157,7 +157,7 @@ static void refused_memory_is_passed_up(void **state)
 {
     (void)state;
     struct pyramid *p = fake_pyramid_create();
-    window_shape shape = WINDOW_HEIGHT;
+    window_shape shape = window_height_shape(256);
     float *got = malloc((size_t)288 * 512 * sizeof *got);
     const double latitudes[] = {0.3, 1.03, 1.5707963267948966};
     for (int i = 0; i < 3; i++) {

@@ -19,7 +19,7 @@ static int64_t area(window_rect r)
 static void bytes_follow_the_strip_area(void **state)
 {
     (void)state;
-    clipmap_params p = {LAYER_HEIGHT, WINDOW_HEIGHT, 22, 1.00336, 0};
+    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0};
     struct model m;
     model_init(&m, &p, 2, 64);
     struct check_random r = {3};

@@ -113,7 +113,7 @@ static void tight_staging(void **state)
 static void real_windows(void **state)
 {
     (void)state;
-    clipmap_params p = {LAYER_HEIGHT, WINDOW_HEIGHT, 22, 1.00336, 0};
+    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0};
     random_walk(&p, 6, 8, STEPS / 10);
 }
 

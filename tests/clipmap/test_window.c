@@ -163,17 +163,17 @@ static void sweep(window_shape shape, int levels, int foci, double ratio)
 static void rings_lie_inside_their_windows(void **state)
 {
     (void)state;
-    sweep(WINDOW_HEIGHT, 22, 2500, WGS84_RATIO);
+    sweep(window_height_shape(256), 22, 2500, WGS84_RATIO);
     sweep(WINDOW_COLOR, 22, 500, WGS84_RATIO);
-    sweep(WINDOW_HEIGHT, 22, 100, 1);
-    sweep(WINDOW_HEIGHT, 22, 100, 1.1); // Saturn's
+    sweep(window_height_shape(256), 22, 100, 1);
+    sweep(window_height_shape(256), 22, 100, 1.1); // Saturn's
     sweep((window_shape){288, 64, 256}, 22, 100, WGS84_RATIO);
 }
 
 static void zooms_and_steps(void **state)
 {
     (void)state;
-    window_shape h = WINDOW_HEIGHT, c = WINDOW_COLOR;
+    window_shape h = window_height_shape(256), c = WINDOW_COLOR;
     for (int level = 0; level < 22; level++) {
         window a = window_at(&h, level, 0, 0, 1), b = window_at(&c, level, 0, 0, 1);
         assert_int_equal(a.zoom, level ? level - 1 : 0);
@@ -196,7 +196,7 @@ static void windows_are_functions_of_the_place(void **state)
 {
     (void)state;
     struct check_random r = {77};
-    window_shape shape = WINDOW_HEIGHT;
+    window_shape shape = window_height_shape(256);
     for (int n = 0; n < 20000; n++) {
         double lat = random_latitude(&r), lon = random_longitude(&r);
         int level = (int)(check_random_u64(&r) % 22);

@@ -47,7 +47,7 @@ static void one_camera(struct check_random *r, int *seen)
                     .pitch = check_random_range(r, -M_PI / 2, 0.3),
                     .roll = check_random_range(r, -1, 1),
                     .fov_y = check_random_range(r, 0.05, 2)};
-    projection p = projection_make(GEO_WGS84, &c, 1280, 960, 0, 0);
+    projection p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 1280, 960);
     cell_view v = projection_cell_view(&p, -430, 8849);
     int last = projection_last_level(&p, high, 256, RINGS.levels);
     for (int i = 0; i < 4000; i++) {
@@ -85,7 +85,7 @@ static void test_culling_culls(void **state)
 {
     (void)state;
     geo_camera c = {.position = {0.8, 0.2, 1000}, .pitch = 0, .fov_y = 1};
-    projection p = projection_make(GEO_WGS84, &c, 1280, 960, 0, 0);
+    projection p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 1280, 960);
     cell_view v = projection_cell_view(&p, -430, 4800);
     int drawn = 0, last = 20;
     for (int level = 0; level <= last; level++)

@@ -17,7 +17,8 @@ static void test_unproject_meets_the_clip_matrix(void **state)
                         .roll = check_random_range(&r, -1, 1),
                         .fov_y = check_random_range(&r, 0.1, 2.5)};
         double jx = check_random_range(&r, -0.5, 0.5), jy = check_random_range(&r, -0.5, 0.5);
-        projection p = projection_make(GEO_WGS84, &c, 640, 480, jx, jy);
+        projection p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 640, 480);
+        p.jitter_x = jx, p.jitter_y = jy;
         struct view_block b = {0};
         projection_fill_block(&p, dvec3_make(1, 0, 0), true, &b);
         double x = check_random_range(&r, 0, 640), y = check_random_range(&r, 0, 480),
@@ -39,7 +40,7 @@ static void test_looking_straight_down_sees_the_nadir(void **state)
 {
     (void)state;
     geo_camera c = {.position = {0.7, -2.1, 5000}, .pitch = -M_PI / 2, .fov_y = 1};
-    projection p = projection_make(GEO_WGS84, &c, 100, 100, 0, 0);
+    projection p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 100, 100);
     dvec3 m = projection_unproject(&p, 50, 50, 5000);
     dvec3 ecef =
         dvec3_add(p.camera_ecef, dmat3_mul(dmat3_transpose(p.focus.meridian_from_ecef), m));
@@ -53,14 +54,14 @@ static void test_level_range(void **state)
 {
     (void)state;
     geo_camera c = {.position = {0.79, 0.19, 2}, .fov_y = 1};
-    projection p = projection_make(GEO_WGS84, &c, 1280, 960, 0, 0);
+    projection p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 1280, 960);
     cell_view v = projection_cell_view(&p, -430, 4800);
     int ground = projection_first_level(&v);
     assert_in_range(ground, 4,
                     6); // a 4.8 km summit shows from 250 km: level 6 reaches 313 km, 5 twice that
     assert_int_equal(projection_last_level(&p, 2, 256, 22), 21);
     c.position.height = 2e7;
-    p = projection_make(GEO_WGS84, &c, 1280, 960, 0, 0);
+    p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 1280, 960);
     v = projection_cell_view(&p, -430, 4800);
     assert_in_range(projection_first_level(&v), 0, 1);
     assert_in_range(projection_last_level(&p, 2e7, 256, 22), 2, 6);

@@ -1,0 +1,100 @@
+// A bundle of rays marched over coarse heights, each step a share of the height above them: it
+// chooses the place of the rings and so only their cost and error, never where the ground is.
+#include "render/gaze.h"
+
+#include <math.h>
+
+#include "base/vec.h"
+
+enum { RAYS_ACROSS = 3, RAYS_DOWN = 5, MAX_STEPS = 120 };
+
+struct probe {
+    struct pyramid *pyramid;
+    const struct planet_meta *meta;
+    dvec3 eye;
+};
+
+static int finest_zoom(const struct planet_meta *m)
+{
+    return m->max_zoom[LAYER_HEIGHT] < 0 ? 0 : m->max_zoom[LAYER_HEIGHT];
+}
+
+// Metres from the camera down to the terrain, never more than they are: the data under the camera,
+// less what synthesis may add to it (a fiftieth of its sample spacing).
+static double clearance(const struct probe *b, const geodetic *p)
+{
+    const struct planet_meta *m = b->meta;
+    if (p->height > 2 * m->height_max + 1e5) return p->height;
+    int zoom = finest_zoom(m);
+    double ground = 0;
+    if (pyramid_height_at(b->pyramid, zoom, p->lat, p->lon, &ground)) return 1;
+    return p->height - ground - 0.02 * grid_step_lat(zoom) * m->ellipsoid.a;
+}
+
+// Height above samples about a sixty-fourth of the distance wide.
+static double gap_at(const struct probe *b, dvec3 dir, double t)
+{
+    geodetic g = geo_geodetic_from_ecef(b->meta->ellipsoid, dvec3_mad(b->eye, dir, t));
+    double rows = M_PI * b->meta->ellipsoid.a / (t / 64);
+    int zoom = (int)clamp_double(floor(log2(rows / 256)), 0, finest_zoom(b->meta));
+    double ground = 0;
+    if (pyramid_height_at(b->pyramid, zoom, g.lat, g.lon, &ground)) return 0;
+    return g.height - ground;
+}
+
+// Distance along a ray (unit, ECEF) to the ground, NaN when it meets none.
+static double distance_along(const struct probe *b, dvec3 dir, double start)
+{
+    geo_ellipsoid e = b->meta->ellipsoid;
+    double top = b->meta->height_max + 1, t = start;
+    if (geo_geodetic_from_ecef(e, b->eye).height > top) t = geo_ray_ellipsoid(e, top, b->eye, dir);
+    for (int i = 0; i < MAX_STEPS && t < 3 * e.a + 10 * start; i++) {
+        double gap = gap_at(b, dir, t);
+        if (gap < 2e-3 * t) return t;
+        t += fmax(0.7 * gap, 0.02 * t);
+    }
+    return NAN;
+}
+
+// Harmonic mean of the distances of what the picture shows; NaN: only sky. A sample at the distance
+// d is about as wide as it is far from the focus, and shows 1 / d: |D - d| / d is the same at the
+// nearest and the farthest d, and below the nadir's 1, for D their harmonic mean.
+static double distance_seen(const struct probe *b, const geo_camera *c, double aspect, double start)
+{
+    dmat3 eye = geo_eye_from_ecef(c);
+    double t = tan(c->fov_y / 2), sum = 0;
+    int hits = 0;
+    for (int i = 0; i < RAYS_ACROSS * RAYS_DOWN; i++) {
+        double x = (2 * (i % RAYS_ACROSS + 0.5) / RAYS_ACROSS - 1) * t * aspect,
+               y = (2 * ((int)(i / RAYS_ACROSS) + 0.5) / RAYS_DOWN - 1) * t;
+        dvec3 dir = dvec3_scale(eye.row[2], -1);
+        dir = dvec3_mad(dvec3_mad(dir, eye.row[0], x), eye.row[1], y);
+        double d = distance_along(b, dvec3_normalize(dir), start);
+        if (!isnan(d)) sum += 1 / d, hits++;
+    }
+    return hits ? hits / sum : NAN;
+}
+
+// 1 up to GAZE_NARROW, 0 from GAZE_WIDE on.
+static double narrowness(double fov_y)
+{
+    double x = clamp_double((GAZE_WIDE - fov_y) / (GAZE_WIDE - GAZE_NARROW), 0, 1);
+    return x * x * (3 - 2 * x);
+}
+
+gaze gaze_find(struct pyramid *pyramid, const geo_camera *camera, double aspect)
+{
+    struct probe b = {.pyramid = pyramid, .meta = pyramid_meta(pyramid)};
+    geo_ellipsoid e = b.meta->ellipsoid;
+    const geodetic *p = &camera->position;
+    gaze nadir = {p->lat, p->lon, clearance(&b, p)};
+    double share = narrowness(camera->fov_y);
+    if (share <= 0) return nadir;
+    b.eye = geo_ecef_from_geodetic(e, *p);
+    double distance = distance_seen(&b, camera, aspect, fmax(nadir.distance, 1));
+    if (isnan(distance)) return nadir;
+    dvec3 forward = dvec3_scale(geo_eye_from_ecef(camera).row[2], -1);
+    dvec3 seen = dvec3_mad(b.eye, forward, share * distance);
+    geodetic g = geo_geodetic_from_ecef(e, seen);
+    return (gaze){g.lat, g.lon, nadir.distance + share * fmax(distance - nadir.distance, 0)};
+}

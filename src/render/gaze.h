@@ -1,0 +1,24 @@
+// What the camera looks at: where the rings' focus stands and how far its ground is. A wide view
+// has it at the nadir. A narrow one has it towards the ground in its middle, where the whole
+// picture is small beside its distance: the finest rings are needed there, not under the camera.
+#ifndef PERIGEE_RENDER_GAZE_H
+#define PERIGEE_RENDER_GAZE_H
+
+#include "geo/camera.h"
+#include "planet/pyramid.h"
+
+typedef struct gaze {
+    double lat, lon; // of the focus: geodetic, rad
+    double distance; // from the camera to the ground there, m: no more than it is under the nadir
+} gaze;
+
+// Vertical fields of view, rad, up to which the focus is where the camera looks, and from which on
+// it is the nadir; between them it slides along the great circle.
+#define GAZE_NARROW (20 * M_PI / 180)
+#define GAZE_WIDE   (45 * M_PI / 180)
+
+// A function of its arguments and of the planet's data alone. Reads coarse tiles: may wait for the
+// disk. aspect: width / height of the picture. Any thread.
+gaze gaze_find(struct pyramid *pyramid, const geo_camera *camera, double aspect);
+
+#endif
