@@ -95,7 +95,14 @@ static status write_exr(struct trial *t)
     double *d = f ? plane_memory(t, 2 * sizeof *d) : NULL;
     status s = f && d ? OK : ERR_MEMORY;
     if (!s) {
-        reference_planes planes = {f, f + n, f + 2 * n, f + 3 * n, f + 4 * n, d, d + n, f + 5 * n};
+        reference_planes planes = {.r = f,
+                                   .g = f + n,
+                                   .b = f + 2 * n,
+                                   .z_m = f + 3 * n,
+                                   .height_m = f + 4 * n,
+                                   .lat_deg = d,
+                                   .lon_deg = d + n,
+                                   .level = f + 5 * n};
         image_exr image = {t->width,
                            t->height,
                            {.r = planes.r,

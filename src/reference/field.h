@@ -62,6 +62,10 @@ double field_patch_height(const field_patch *patch, double lat, double lon);
 
 double field_height(struct field_reader *reader, double lat, double lon);
 
+// Slopes of the piece that holds a point, metres a degree.
+void field_gradient(struct field_reader *reader, double lat, double lon, double *per_lat,
+                    double *per_lon);
+
 // Linear R, G, B and encoded night light at a continuous zoom, bilinear and linear between zooms.
 // False when the planet has no imagery: `rgba` is then grey ground.
 bool field_color(struct field_reader *reader, double zoom, double lat, double lon, double rgba[4]);

@@ -100,6 +100,15 @@ double field_height(struct field_reader *reader, double lat, double lon)
     return field_patch_height(&p, lat, lon);
 }
 
+void field_gradient(struct field_reader *reader, double lat, double lon, double *per_lat,
+                    double *per_lon)
+{
+    field_patch p = field_patch_at(reader, lat, lon);
+    double u = (p.box.north - lat) / p.step, v = lon - p.ref;
+    *per_lat = (p.a + p.ka * v - p.b - p.kb * v) / p.step;
+    *per_lon = (1 - u) * p.ka + u * p.kb;
+}
+
 static double linear_of_srgb(double c)
 {
     return c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4);

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "reference/geographic.h"
 #include "reference/light.h"
+#include "reference/normal.h"
 
 #define RAD (M_PI / 180)
 
@@ -87,6 +88,13 @@ static void put_pixel(const reference_planes *p, size_t at, const ray_hit *hit, 
     if (p->lon_deg) p->lon_deg[at] = hit->lon;
 }
 
+static void put_normal(const reference_planes *p, size_t at, dvec3 normal)
+{
+    put(p->nx, at, normal.x);
+    put(p->ny, at, normal.y);
+    put(p->nz, at, normal.z);
+}
+
 static void render_pixel(struct picture *p, struct field_reader *reader, int x, int y)
 {
     const reference_params *q = p->params;
@@ -98,10 +106,13 @@ static void render_pixel(struct picture *p, struct field_reader *reader, int x, 
     if (!ray_cast(reader, p->aim.origin, d, p->pixel, &hit)) {
         hit = (ray_hit){NAN, NAN, NAN, NAN};
         put_pixel(p->planes, at, &hit, NAN, rgb, -1);
+        put_normal(p->planes, at, dvec3_make(NAN, NAN, NAN));
         return;
     }
     if (p->planes->r || p->planes->g || p->planes->b)
         light_at(reader, &hit, d, p->sun, p->pixel, rgb);
+    if (p->planes->nx || p->planes->ny || p->planes->nz)
+        put_normal(p->planes, at, normal_at_hit(reader, &hit));
     put_pixel(p->planes, at, &hit, hit.t / length, rgb, field_zoom(p->field));
 }
 

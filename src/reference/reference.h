@@ -29,7 +29,8 @@ typedef struct reference_planes {
     float *r, *g, *b; // linear light, without air
     float *z_m, *height_m;
     double *lat_deg, *lon_deg;
-    float *level; // the zoom
+    float *level;        // the zoom
+    float *nx, *ny, *nz; // unit normal of the height field, upward, ECEF
 } reference_planes;
 
 // ERR_ARGUMENT, logged, for impossible numbers and for a zoom with too many tiles in sight;

@@ -47,7 +47,14 @@ static reference_params params_of(reference_camera camera, int threads)
 
 static void render(const reference_params *p, struct frame *f)
 {
-    reference_planes planes = {f->r, f->g, f->b, f->z, f->height, f->lat, f->lon, f->level};
+    reference_planes planes = {.r = f->r,
+                               .g = f->g,
+                               .b = f->b,
+                               .z_m = f->z,
+                               .height_m = f->height,
+                               .lat_deg = f->lat,
+                               .lon_deg = f->lon,
+                               .level = f->level};
     memset(f, 0x55, sizeof *f);
     assert_int_equal(reference_render(p, &planes), OK);
 }
