@@ -87,6 +87,8 @@ const char *status_text(status s)
         return "not complete in time";
     case ERR_UNSUPPORTED:
         return "not supported";
+    case ERR_PENDING:
+        return "on its way";
     }
     return "unknown status";
 }

@@ -16,6 +16,7 @@ typedef enum status {
     ERR_CANCELLED,   // stopped on request
     ERR_TIMEOUT,     // not complete within the limit
     ERR_UNSUPPORTED, // understood, but not offered here
+    ERR_PENDING,     // on its way: ask again
 } status;
 
 // A short English phrase for the code. Any thread.

@@ -3,9 +3,11 @@
 #include "planet/cache.h"
 
 #include <assert.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "base/memory.h"
 
@@ -15,6 +17,7 @@ struct entry {
     pyramid_tile tile; // first: a pyramid_tile is handed out and comes back
     void *samples;
     enum entry_state state;
+    status failure; // of FAILED
     int holders;
     struct entry *chain;         // same bucket
     struct entry *newer, *older; // among those nobody holds
@@ -157,12 +160,13 @@ static status wait_for(struct cache *c, struct entry *e)
         c->hits++;
         return OK;
     }
+    status s = e->failure;
     drop_hold(c, e);
-    return ERR_MEMORY;
+    return s;
 }
 
 // Puts a new entry in the table and makes it, without the lock.
-static status make_entry(struct cache *c, struct entry *e, tile_id id)
+static status make_entry(struct cache *c, struct entry *e, struct want *want, tile_id id)
 {
     struct entry **bucket = bucket_of(c, id);
     e->tile.id = id;
@@ -173,9 +177,14 @@ static status make_entry(struct cache *c, struct entry *e, tile_id id)
     e->chain = *bucket;
     *bucket = e;
     pthread_mutex_unlock(&c->lock);
-    status s = c->make(c->user, id, e->samples, &e->tile.min, &e->tile.max);
+    struct cache_made made = {.until_s = INFINITY};
+    status s = c->make(c->user, want, id, e->samples, &made);
     pthread_mutex_lock(&c->lock);
+    e->tile.min = made.min;
+    e->tile.max = made.max;
+    e->tile.until_s = made.until_s;
     e->state = s ? FAILED : READY;
+    e->failure = s;
     pthread_cond_broadcast(&c->made);
     if (s) {
         unchain(c, e);
@@ -184,11 +193,18 @@ static status make_entry(struct cache *c, struct entry *e, tile_id id)
     return s;
 }
 
+// The entry of a tile; one whose time is over is let go when nobody holds it.
 static struct entry *find(struct cache *c, tile_id id)
 {
     struct entry *e = *bucket_of(c, id);
     while (e && !tile_id_equal(e->tile.id, id)) e = e->chain;
-    return e;
+    if (!e || e->holders || e->state != READY || e->tile.until_s == (double)INFINITY) return e;
+    if (clock_now_s() < e->tile.until_s) return e;
+    idle_remove(e);
+    unchain(c, e);
+    entry_free(e);
+    c->count--;
+    return NULL;
 }
 
 const pyramid_tile *cache_peek(struct cache *c, tile_id id)
@@ -201,14 +217,14 @@ const pyramid_tile *cache_peek(struct cache *c, tile_id id)
     return e ? &e->tile : NULL;
 }
 
-status cache_acquire(struct cache *c, tile_id id, const pyramid_tile **out)
+status cache_acquire(struct cache *c, struct want *want, tile_id id, const pyramid_tile **out)
 {
     *out = NULL;
     pthread_mutex_lock(&c->lock);
     struct entry *e = find(c, id);
     status s = OK;
     if (e) s = wait_for(c, e);
-    else if ((e = obtain(c))) s = make_entry(c, e, id);
+    else if ((e = obtain(c))) s = make_entry(c, e, want, id);
     else s = ERR_MEMORY;
     pthread_mutex_unlock(&c->lock);
     if (!s) *out = &e->tile;

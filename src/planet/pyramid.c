@@ -1,253 +1,138 @@
-// A tile is its stored samples, and where there are none, the zoom before upsampled (region.h)
-// plus, for heights, the synthetic residual. Making a tile acquires stored tiles of coarser zooms,
-// holding one at a time while it copies from it; other tiles it uses only if they are in the cache.
+// A stack of pyramids, each over one source, and a cache of what they make together.
 #include "planet/pyramid.h"
 
 #include <assert.h>
 #include <math.h>
-#include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/log.h"
 #include "base/memory.h"
-#include "planet/cache.h"
-#include "planet/region.h"
-#include "planet/synthesis.h"
-#include "planet/tile_index.h"
-#include "planet/upsample.h"
+#include "planet/pyramid_make.h"
 
-enum {
-    SAMPLES = TILE_SIZE * TILE_SIZE,
-    MIN_CACHE_BYTES = 16 << 20,
-    DEFAULT_CACHE_BYTES = 256 << 20
-};
+enum { SAMPLES = PYRAMID_SAMPLES, MIN_CACHE_BYTES = 16 << 20, DEFAULT_CACHE_BYTES = 256 << 20 };
 
-struct pyramid {
-    struct planet_file *file;
-    const struct planet_meta *meta;
-    struct tile_index *index[LAYER_COUNT];
-    struct cache *cache;
-    bool synthesis;
-    atomic_uint_fast64_t decoded, synthesised, upsampled, corrupt;
-};
-
-// Reads a stored tile. *found is false when it is not stored or cannot be read, which is counted
-// and remembered.
-static status read_stored(struct pyramid *p, tile_id id, void *out, bool *found)
+static void mix_heights(const float *over, float opacity, float *heights)
 {
-    *found = false;
-    if (!tile_index_readable(p->index[id.layer], id)) return OK;
-    status s = id.layer == LAYER_HEIGHT ? planet_file_read_height(p->file, id, out)
-                                        : planet_file_read_pixels(p->file, id, out);
-    if (s == ERR_MEMORY) return s;
-    if (s) {
-        if (tile_index_mark_bad(p->index[id.layer], id)) p->corrupt++;
-        return OK;
-    }
-    p->decoded++;
-    *found = true;
-    return OK;
+    for (int i = 0; i < SAMPLES; i++)
+        if (!isnan(over[i])) heights[i] += opacity * (over[i] - heights[i]);
 }
 
-static bool is_stored(const struct pyramid *p, tile_id id)
+// A keeps the light of the ground, as far as it is not covered.
+static void mix_pixels(const uint8_t *over, float opacity, uint8_t *rgba)
 {
-    if (tile_index_readable(p->index[id.layer], id)) return true;
-    tile_id night = {LAYER_NIGHT, id.zoom, id.row, id.col};
-    return id.layer == LAYER_COLOR && tile_index_readable(p->index[LAYER_NIGHT], night);
-}
-
-static void copy_block(const pyramid_tile *tile, const region_block *b)
-{
-    for (int r = 0; r < b->rows; r++) {
-        size_t at = (size_t)(b->row + r) * TILE_SIZE + (size_t)b->col;
-        float *out = b->out + (size_t)r * (size_t)b->stride;
-        if (tile->heights) memcpy(out, tile->heights + at, (size_t)b->cols * sizeof *out);
-        else
-            for (int i = 0; i < 4 * b->cols; i++) out[i] = tile->rgba[4 * at + (size_t)i];
+    for (int i = 0; i < SAMPLES; i++) {
+        float left = 1 - opacity * (float)over[4 * i + 3] / 255;
+        for (int c = 0; c < 3; c++)
+            rgba[4 * i + c] =
+                (uint8_t)fminf(opacity * over[4 * i + c] + left * rgba[4 * i + c] + 0.5f, 255);
     }
 }
 
-static status fetch_block(void *user, const region_block *b, bool stored, bool *found)
+// Does the layer hold any such tile, or one to make it from?
+static bool has_layer(const struct pyramid *p, enum tile_layer layer)
+{
+    return p->own.max_zoom[layer] >= 0;
+}
+
+static status mix_tile(void *user, struct want *want, tile_id id, void *samples,
+                       struct cache_made *made)
 {
     struct pyramid *p = user;
-    const pyramid_tile *tile = NULL;
-    status s = OK;
-    if (is_stored(p, b->tile) || b->tile.zoom == 0) s = cache_acquire(p->cache, b->tile, &tile);
-    else if (!stored) tile = cache_peek(p->cache, b->tile);
-    *found = tile != NULL;
-    if (!tile) return s;
-    copy_block(tile, b);
-    cache_release(p->cache, &tile);
-    return OK;
-}
-
-static bool synthesises(const struct pyramid *p)
-{
-    return p->synthesis && p->meta->synthesis_gain > 0.0;
-}
-
-// What synthesis needs for all rows of a region.
-struct residual {
-    float *amplitude; // at the parent's samples; NULL: no residual
-    double cos_lon[REGION_MAX_COLS], sin_lon[REGION_MAX_COLS];
-};
-
-static status residual_init(const struct pyramid *p, struct residual *residual,
-                            const region *parent, const region *child)
-{
-    residual->amplitude = NULL;
-    if (!synthesises(p)) return OK;
-    residual->amplitude =
-        malloc(sizeof *residual->amplitude * (size_t)parent->rows * (size_t)parent->cols);
-    if (!residual->amplitude) return ERR_MEMORY;
-    synthesis_relief(parent, residual->amplitude);
-    synthesis_amplitude(parent, p->meta->synthesis_gain, p->meta->max_zoom[LAYER_HEIGHT],
-                        p->meta->ellipsoid.a, residual->amplitude);
-    synthesis_columns(child, residual->cos_lon, residual->sin_lon);
-    return OK;
-}
-
-static void add_residual(const struct residual *residual, const region *parent, const region *child,
-                         int row, const bool *flat, float *out)
-{
-    float share[REGION_MAX_COLS], noise[REGION_MAX_COLS];
-    bool any = false;
-    upsample_linear_row(parent, residual->amplitude, child, row, share);
-    for (int i = 0; i < child->cols; i++) {
-        share[i] = flat[i] ? 0.0f : share[i];
-        any |= share[i] > 0.0f;
-    }
-    if (!any) return;
-    synthesis_noise(residual->cos_lon, residual->sin_lon, child->cols, child->zoom,
-                    grid_lat(child->zoom, child->row + row), noise);
-    for (int i = 0; i < child->cols; i++) out[i] += share[i] * noise[i];
-}
-
-static float to_byte(float v)
-{
-    return v <= 0.0f ? 0.0f : v >= 255.0f ? 255.0f : (float)(int)(v + 0.5f);
-}
-
-// One zoom from the one before. Colour is rounded at every zoom, as whole tiles are.
-static status make_region(void *user, const region *parent, const region *child)
-{
-    struct pyramid *p = user;
-    bool heights = child->layer == LAYER_HEIGHT, flat[REGION_MAX_COLS];
-    struct residual residual;
-    status s = heights ? residual_init(p, &residual, parent, child) : OK;
-    for (int row = 0; !s && row < child->rows; row++) {
-        float *out = child->data + (size_t)row * (size_t)child->stride;
-        upsample_child_row(parent, child, row, out, flat);
-        if (!heights)
-            for (int i = 0; i < 4 * child->cols; i++) out[i] = to_byte(out[i]);
-        else if (residual.amplitude) add_residual(&residual, parent, child, row, flat, out);
-    }
-    if (heights) free(residual.amplitude);
-    return s;
-}
-
-static bool has_nan(const float *heights)
-{
-    int count = 0;
-    for (int i = 0; i < SAMPLES; i++) count += isnan(heights[i]) != 0;
-    return count > 0;
-}
-
-static void measure_range(const float *heights, float *min, float *max)
-{
-    float low = heights[0], high = heights[0];
-    for (int i = 1; i < SAMPLES; i++) {
-        low = heights[i] < low ? heights[i] : low;
-        high = heights[i] > high ? heights[i] : high;
-    }
-    *min = low;
-    *max = high;
-}
-
-// What a planet without imagery looks like, and no light.
-static const uint8_t BARE_GROUND[4] = {156, 150, 140, 0};
-
-// All of a tile that is not stored. At zoom 0, and where nothing is stored at all, height 0 and
-// bare ground.
-static status make_missing(struct pyramid *p, tile_id id, int channels, float *samples)
-{
     bool heights = id.layer == LAYER_HEIGHT;
-    if (id.zoom == 0 || (heights && tile_index_max_zoom(p->index[LAYER_HEIGHT]) < 0)) {
-        for (int i = 0; i < SAMPLES * channels; i++) samples[i] = heights ? 0 : BARE_GROUND[i % 4];
-        return OK;
+    status pending = OK;
+    for (int k = -1; k < p->over_count; k++) {
+        struct pyramid *layer = k < 0 ? p : p->overs[k];
+        const pyramid_tile *tile;
+        if (k >= 0 && !has_layer(layer, id.layer)) continue;
+        status s = cache_acquire(layer->cache, want, id, &tile);
+        if (s == ERR_PENDING) pending = s;
+        if (s && s != ERR_PENDING) return s;
+        if (s) continue;
+        if (k < 0) memcpy(samples, heights ? (const void *)tile->heights : tile->rgba, SAMPLES * 4);
+        else if (heights) mix_heights(tile->heights, p->opacity[k], samples);
+        else mix_pixels(tile->rgba, p->opacity[k], samples);
+        made->until_s = fmin(made->until_s, tile->until_s);
+        cache_release(layer->cache, &tile);
     }
-    region tile = region_of_tile(id, channels, samples);
-    region_source source = {p, fetch_block, make_region};
-    if (heights && synthesises(p)) p->synthesised++;
-    else p->upsampled++;
-    return region_make(&source, &tile);
+    if (!pending && heights) pyramid_measure_range(samples, made);
+    return pending;
 }
 
-static status make_heights(struct pyramid *p, tile_id id, float *heights, float *min, float *max)
+static size_t cache_share(const pyramid_params *params, int parts)
 {
-    bool found;
-    status s = read_stored(p, id, heights, &found);
-    if (!s && !found) s = make_missing(p, id, 1, heights);
-    if (!s && found && has_nan(heights)) {
-        float *made = malloc(sizeof *made * SAMPLES);
-        s = made ? make_missing(p, id, 1, made) : ERR_MEMORY;
-        for (int i = 0; !s && i < SAMPLES; i++)
-            heights[i] = isnan(heights[i]) ? made[i] : heights[i];
-        free(made);
-    }
-    if (!s) measure_range(heights, min, max);
-    return s;
+    size_t bytes = params->cache_bytes ? params->cache_bytes : DEFAULT_CACHE_BYTES;
+    if (bytes < MIN_CACHE_BYTES) bytes = MIN_CACHE_BYTES;
+    return bytes / (size_t)parts;
 }
 
-// Colour and light where they are stored; both if need be from the zoom before.
-static status make_rgba(struct pyramid *p, tile_id id, uint8_t *rgba)
+static struct pyramid *layer_create(struct source *source, const pyramid_params *params, int parts)
 {
-    uint8_t *stored = malloc(SAMPLES * 4); // RGB, then light
-    if (!stored) return ERR_MEMORY;
-    tile_id night = {LAYER_NIGHT, id.zoom, id.row, id.col};
-    bool has_color, has_night = false;
-    status s = read_stored(p, id, stored, &has_color);
-    if (!s) s = read_stored(p, night, stored + SAMPLES * 3, &has_night);
-    bool color_known = has_color || tile_index_max_zoom(p->index[LAYER_COLOR]) < 0;
-    bool night_known = has_night || tile_index_max_zoom(p->index[LAYER_NIGHT]) < 0;
-    for (int i = 0; i < SAMPLES; i++) memcpy(rgba + 4 * i, BARE_GROUND, 4);
-    if (!s && !(color_known && night_known)) {
-        float *made = malloc(sizeof *made * SAMPLES * 4);
-        s = made ? make_missing(p, id, 4, made) : ERR_MEMORY;
-        for (int i = 0; !s && i < SAMPLES * 4; i++) rgba[i] = (uint8_t)made[i];
-        free(made);
-    }
-    for (int i = 0; !s && has_color && i < SAMPLES; i++) memcpy(rgba + 4 * i, stored + 3 * i, 3);
-    for (int i = 0; !s && has_night && i < SAMPLES; i++) rgba[4 * i + 3] = stored[3 * SAMPLES + i];
-    free(stored);
-    return s;
+    struct pyramid *p = NEW(struct pyramid);
+    p->source = source;
+    p->own = p->meta = source->meta;
+    p->synthesis = params->synthesis;
+    p->cache = cache_create(cache_share(params, parts), pyramid_make_tile, p);
+    return p;
 }
 
-static status make_tile(void *user, tile_id id, void *samples, float *min, float *max)
+static status add_over(struct pyramid *p, const pyramid_layer *layer, const pyramid_params *params,
+                       int parts)
 {
-    struct pyramid *p = user;
-    status s = id.layer == LAYER_HEIGHT ? make_heights(p, id, samples, min, max)
-                                        : make_rgba(p, id, samples);
-    if (s == ERR_MEMORY)
-        log_error("%s: out of memory for tile %s/%d/%d/%d", planet_file_path(p->file),
-                  tile_layer_name(id.layer), id.zoom, id.row, id.col);
+    const struct planet_meta *m = &layer->source->meta;
+    const geo_ellipsoid *e = &p->meta.ellipsoid;
+    double off = fmax(fabs(m->ellipsoid.a - e->a), fabs(m->ellipsoid.b - e->b));
+    if (m->ellipsoid.a > 0 && off > 1e-3 * e->a) {
+        log_error("%s: of a body with radii %.0f and %.0f m, which cannot lie on one with %.0f and "
+                  "%.0f m",
+                  layer->source->path, m->ellipsoid.a, m->ellipsoid.b, e->a, e->b);
+        return ERR_ARGUMENT;
+    }
+    struct pyramid *over = layer_create(layer->source, params, parts);
+    over->over = true;
+    over->own.ellipsoid = *e;
+    if (!(over->own.synthesis_gain > 0)) over->own.synthesis_gain = p->own.synthesis_gain;
+    p->opacity[p->over_count] = layer->opacity;
+    p->overs[p->over_count++] = over;
+    for (int i = 0; i < LAYER_NIGHT; i++)
+        if (m->max_zoom[i] > p->meta.max_zoom[i]) p->meta.max_zoom[i] = m->max_zoom[i];
+    if (m->max_zoom[LAYER_HEIGHT] >= 0) {
+        p->meta.height_min = fmin(p->meta.height_min, m->height_min);
+        p->meta.height_max = fmax(p->meta.height_max, m->height_max);
+    }
+    size_t used = strlen(p->meta.attribution);
+    if (m->attribution[0] && !strstr(p->meta.attribution, m->attribution))
+        snprintf(p->meta.attribution + used, sizeof p->meta.attribution - used, "%s%s",
+                 used ? "; " : "", m->attribution);
+    return OK;
+}
+
+status pyramid_create_stack(const pyramid_layer *layers, int count, const pyramid_params *params,
+                            struct pyramid **out)
+{
+    assert(count >= 1 && count <= PYRAMID_MAX_LAYERS);
+    int parts = count > 1 ? count + 1 : 1;
+    struct pyramid *p = layer_create(layers[0].source, params, parts);
+    if (!(p->own.ellipsoid.a > 0)) p->own.ellipsoid = p->meta.ellipsoid = GEO_WGS84;
+    p->overs = NEW_ARRAY(struct pyramid *, (size_t)count);
+    p->opacity = NEW_ARRAY(float, (size_t)count);
+    status s = OK;
+    for (int i = 1; !s && i < count; i++) s = add_over(p, &layers[i], params, parts);
+    if (count > 1) p->mixed = cache_create(cache_share(params, parts), mix_tile, p);
+    if (s) pyramid_destroy(&p);
+    *out = p;
     return s;
 }
 
 status pyramid_create(struct planet_file *file, const pyramid_params *params, struct pyramid **out)
 {
-    struct pyramid *p = NEW(struct pyramid);
-    p->file = file;
-    p->meta = planet_file_meta(file);
-    p->synthesis = params->synthesis;
-    size_t bytes = params->cache_bytes ? params->cache_bytes : DEFAULT_CACHE_BYTES;
-    p->cache = cache_create(bytes > MIN_CACHE_BYTES ? bytes : MIN_CACHE_BYTES, make_tile, p);
-    status s = OK;
-    for (int layer = 0; !s && layer < LAYER_COUNT; layer++)
-        s = tile_index_create(file, (enum tile_layer)layer, &p->index[layer]);
-    if (s) pyramid_destroy(&p);
-    *out = p;
+    *out = NULL;
+    pyramid_layer layer = {.opacity = 1};
+    status s = source_file_open(file, &layer.source);
+    if (!s) s = pyramid_create_stack(&layer, 1, params, out);
+    if (*out) (*out)->owned = true;
+    else source_close(&layer.source);
     return s;
 }
 
@@ -255,15 +140,19 @@ void pyramid_destroy(struct pyramid **pyramid)
 {
     struct pyramid *p = *pyramid;
     if (!p) return;
+    cache_destroy(&p->mixed);
+    for (int i = 0; i < p->over_count; i++) pyramid_destroy(&p->overs[i]);
     cache_destroy(&p->cache);
-    for (int layer = 0; layer < LAYER_COUNT; layer++) tile_index_destroy(&p->index[layer]);
+    if (p->owned) source_close(&p->source);
+    free(p->overs);
+    free(p->opacity);
     free(p);
     *pyramid = NULL;
 }
 
 const struct planet_meta *pyramid_meta(const struct pyramid *p)
 {
-    return p->meta;
+    return &p->meta;
 }
 
 static void assert_on_grid(tile_id id)
@@ -274,22 +163,46 @@ static void assert_on_grid(tile_id id)
     (void)id;
 }
 
-status pyramid_acquire(struct pyramid *p, tile_id id, const pyramid_tile **out)
+status pyramid_try(struct pyramid *p, tile_id id, struct want *want, const pyramid_tile **out)
 {
     assert(id.layer == LAYER_HEIGHT || id.layer == LAYER_COLOR);
     assert_on_grid(id);
-    return cache_acquire(p->cache, id, out);
+    return cache_acquire(p->mixed ? p->mixed : p->cache, want, id, out);
+}
+
+status pyramid_acquire(struct pyramid *p, tile_id id, const pyramid_tile **out)
+{
+    const double again_s = 0.5; // should news be missed
+    struct want *want = want_create(-1);
+    status s;
+    while ((s = pyramid_try(p, id, want, out)) == ERR_PENDING) want_wait(want, again_s);
+    want_release(&want);
+    return s;
 }
 
 void pyramid_release(struct pyramid *p, const pyramid_tile **tile)
 {
-    cache_release(p->cache, tile);
+    cache_release(p->mixed ? p->mixed : p->cache, tile);
+}
+
+static int layer_data_zoom(const struct pyramid *p, tile_id id)
+{
+    while (!source_has(p->source, id)) {
+        if (id.zoom == 0) return -1;
+        id = tile_parent(id);
+    }
+    return id.zoom;
 }
 
 int pyramid_data_zoom(struct pyramid *p, tile_id id)
 {
     assert_on_grid(id);
-    return tile_index_data_zoom(p->index[id.layer], id);
+    int zoom = layer_data_zoom(p, id);
+    for (int i = 0; i < p->over_count; i++) {
+        int over = layer_data_zoom(p->overs[i], id);
+        zoom = over > zoom ? over : zoom;
+    }
+    return zoom;
 }
 
 // Height on the centre line of one global sample row, linear in longitude; a row beyond a pole is
@@ -309,10 +222,10 @@ static status height_on_row(struct pyramid *p, int zoom, int64_t row, double lon
         int64_t col = ((int64_t)west + i + width) % width;
         tile_id id = {LAYER_HEIGHT, zoom, tile_row, (int)(col / TILE_SIZE)};
         const pyramid_tile *tile;
-        status s = cache_acquire(p->cache, id, &tile);
+        status s = pyramid_acquire(p, id, &tile);
         if (s) return s;
         h[i] = tile->heights[row % TILE_SIZE * TILE_SIZE + col % TILE_SIZE];
-        cache_release(p->cache, &tile);
+        pyramid_release(p, &tile);
     }
     *height = h[0] + (x - west) * (h[1] - h[0]);
     return OK;
@@ -331,11 +244,29 @@ status pyramid_height_at(struct pyramid *p, int zoom, double lat, double lon, do
     return s;
 }
 
+static void add_counters(struct pyramid *p, struct pyramid_counters *out)
+{
+    struct source_counters source;
+    uint64_t hits, bytes;
+    source_counters(p->source, &source);
+    cache_counters(p->cache, &hits, &bytes);
+    out->decoded += p->decoded;
+    out->synthesised += p->synthesised;
+    out->upsampled += p->upsampled;
+    out->corrupt += source.corrupt;
+    out->failed += source.failed;
+    out->cache_hits += hits;
+    out->cache_bytes += bytes;
+}
+
 void pyramid_counters(struct pyramid *p, struct pyramid_counters *out)
 {
-    out->decoded = p->decoded;
-    out->synthesised = p->synthesised;
-    out->upsampled = p->upsampled;
-    out->corrupt = p->corrupt;
-    cache_counters(p->cache, &out->cache_hits, &out->cache_bytes);
+    *out = (struct pyramid_counters){0};
+    add_counters(p, out);
+    for (int i = 0; i < p->over_count; i++) add_counters(p->overs[i], out);
+    if (!p->mixed) return;
+    uint64_t hits, bytes;
+    cache_counters(p->mixed, &hits, &bytes);
+    out->cache_hits += hits;
+    out->cache_bytes += bytes;
 }

@@ -9,7 +9,7 @@
 
 #include <stdint.h>
 
-#include "planet/planet_file.h"
+#include "planet/source.h"
 
 struct pyramid;
 
@@ -26,21 +26,44 @@ typedef struct pyramid_tile {
     const float *heights;
     const uint8_t *rgba;
     float min, max; // heights: of these samples
+    double until_s; // clock_now_s until which they stand; INFINITY but for a stand-in
 } pyramid_tile;
 
 struct pyramid_counters {
     uint64_t decoded, synthesised, upsampled, corrupt, cache_hits, cache_bytes;
+    uint64_t failed; // tiles that a source gave up for now
 };
 
 // `file` is borrowed and must outlive the pyramid.
 status pyramid_create(struct planet_file *file, const pyramid_params *params, struct pyramid **out);
+
+// One source of several: the first is the ground, each further one lies over those before it where
+// it has data, mixed with them by its opacity. It is upsampled below its own data before it is
+// mixed in, so that its weight is the same at every zoom; its heights end up to four of its own
+// samples inside its border.
+typedef struct pyramid_layer {
+    struct source *source; // borrowed, outlives the pyramid
+    float opacity;         // in [0, 1]; of the first: 1
+} pyramid_layer;
+
+enum { PYRAMID_MAX_LAYERS = 16 };
+
+// 1 to PYRAMID_MAX_LAYERS layers. ERR_ARGUMENT, logged, when their ellipsoids disagree.
+status pyramid_create_stack(const pyramid_layer *layers, int count, const pyramid_params *params,
+                            struct pyramid **out);
 void pyramid_destroy(struct pyramid **pyramid);
 
 const struct planet_meta *pyramid_meta(const struct pyramid *pyramid);
 
 // Holds the tile until released; reads, decodes or makes it on the calling thread when it is not
-// cached. ERR_MEMORY only: bad or missing data is replaced and counted. zoom in [0, GRID_MAX_ZOOM],
-// row and col inside the grid.
+// cached. ERR_PENDING when what it is made of is still on its way, in which the want then has a
+// share; otherwise ERR_MEMORY only: bad or missing data is replaced and counted, and what cannot be
+// had for now has a stand-in from coarser data. zoom in [0, GRID_MAX_ZOOM], row and col inside the
+// grid.
+status pyramid_try(struct pyramid *pyramid, tile_id id, struct want *want,
+                   const pyramid_tile **out);
+
+// The same, but waits for what is on its way. ERR_MEMORY only.
 status pyramid_acquire(struct pyramid *pyramid, tile_id id, const pyramid_tile **out);
 void pyramid_release(struct pyramid *pyramid, const pyramid_tile **tile);
 

@@ -100,6 +100,7 @@ status region_make(const region_source *source, const region *r)
 // Asks for every block of the rectangle; stops at the first that is not found, unless `stored`.
 static status fetch_blocks(const region_source *source, const region *r, bool stored, bool *all)
 {
+    status pending = OK;
     *all = true;
     for (int y = 0; y < r->rows;) {
         int row = (int)((r->row + y) % TILE_SIZE);
@@ -116,8 +117,9 @@ static status fetch_blocks(const region_source *source, const region *r, bool st
                 r->stride};
             bool found;
             status s = source->fetch(source->user, &block, stored, &found);
-            if (s) return s;
-            if (!found) {
+            if (s == ERR_PENDING) pending = s;
+            else if (s) return s;
+            else if (!found) {
                 *all = false;
                 if (!stored) return OK;
             }
@@ -125,7 +127,7 @@ static status fetch_blocks(const region_source *source, const region *r, bool st
         }
         y += rows;
     }
-    return OK;
+    return pending;
 }
 
 // Tile rows of r's own width whose parents have one width.
@@ -227,6 +229,8 @@ status region_fill(const region_source *source, const region *r)
     if (alike(r, a, b)) return fill_uniform(source, r);
     int north = (int)((int64_t)TILE_SIZE * b - r->row);
     region upper = rows_of(r, 0, north), lower = rows_of(r, north, r->rows - north);
-    status s = fill_band(source, &upper);
-    return s ? s : fill_band(source, &lower);
+    status s = fill_band(source, &upper), t;
+    if (s && s != ERR_PENDING) return s;
+    t = fill_band(source, &lower);
+    return t ? t : s;
 }

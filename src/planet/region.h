@@ -41,6 +41,7 @@ typedef struct region_source {
     void *user;
     // Copies a block of a tile at hand. `stored`: only if it is stored; otherwise any tile that
     // costs nothing will do, and zoom 0 must be given. *found is false when nothing was copied.
+    // ERR_PENDING does not stop the others from being asked for.
     status (*fetch)(void *user, const region_block *block, bool stored, bool *found);
     // Makes `child`, which lies in one or two tile rows of one width, from the samples around it.
     status (*make)(void *user, const region *parent, const region *child);

@@ -18,14 +18,14 @@ int64_t oracle_coalesce(int zoom, int64_t tile_row)
 }
 
 // One window row in terms of the tile row it comes from.
-struct source {
+struct sampled {
     int64_t row, turn, tile_circle, window_circle;
 };
 
-static struct source source_of(int cols, int zoom, int share, int64_t row)
+static struct sampled source_of(int cols, int zoom, int share, int64_t row)
 {
     int64_t rows = (int64_t)256 << zoom;
-    struct source s = {.row = row, .window_circle = (int64_t)cols << share};
+    struct sampled s = {.row = row, .window_circle = (int64_t)cols << share};
     if (row < 0) s.row = -1 - row;
     if (row >= rows) s.row = 2 * rows - 1 - row;
     if (row != s.row) s.turn = s.window_circle / 2;
@@ -45,7 +45,7 @@ struct taps {
     double mix; // >= 0: weight of the second of two
 };
 
-static struct taps taps_of(const struct source *s, int64_t col)
+static struct taps taps_of(const struct sampled *s, int64_t col)
 {
     if (s->tile_circle >= s->window_circle) {
         int64_t ratio = s->tile_circle / s->window_circle;
@@ -66,7 +66,7 @@ static double weight(const struct taps *t, int64_t i)
 void oracle_heights(int cols, int zoom, int share, int64_t row, int64_t col0, int64_t col1,
                     float *out)
 {
-    struct source s = source_of(cols, zoom, share, row);
+    struct sampled s = source_of(cols, zoom, share, row);
     for (int64_t col = col0; col < col1; col++) {
         struct taps t = taps_of(&s, col);
         double sum = 0;
@@ -89,7 +89,7 @@ static double encoded(double l)
 void oracle_colors(int cols, int zoom, int share, int64_t row, int64_t col0, int64_t col1,
                    double (*out)[4])
 {
-    struct source s = source_of(cols, zoom, share, row);
+    struct sampled s = source_of(cols, zoom, share, row);
     for (int64_t col = col0; col < col1; col++, out++) {
         struct taps t = taps_of(&s, col);
         double sum[4] = {0};
