@@ -37,6 +37,7 @@ struct clipmap {
     struct level *levels;
     int last; // finest wanted; -1 before the first move
     double lat, lon;
+    double ahead_lat, ahead_lon; // where the focus will be if it goes on as it does
     struct clipmap_counters counters;
 };
 
@@ -156,6 +157,19 @@ static void plan_refit(struct clipmap *c, struct level *l)
     plan_finish_if_done(c, l);
 }
 
+// Coarse levels first, and in a level what lies nearest to where the focus is going to be: in [i,
+// i + 1/2].
+static double priority_of(const struct clipmap *c, const window *w, window_rect r)
+{
+    const window_shape *shape = &c->params.shape;
+    double row, col;
+    window_coordinates(shape, w, c->ahead_lat, c->ahead_lon, &row, &col);
+    row -= 0.5 * (double)(r.row0 + r.row1);
+    col -= 0.5 * (double)(r.col0 + r.col1);
+    double far = fmax(fabs(row) / shape->rows, fabs(col) / shape->cols);
+    return w->level + 0.5 * fmin(far, 1);
+}
+
 // Queues strips coarse to fine while there are blocks: a level is planned when every coarser one is
 // complete or in work.
 static void feed(struct clipmap *c)
@@ -169,7 +183,7 @@ static void feed(struct clipmap *c)
         if (!p->active) plan_start(c, l);
         clip_strips rest = p->strips;
         for (window_rect r; room && clip_strips_take(&rest, max_rows, &r);) {
-            room = clip_jobs_add(c->jobs, &p->window, r);
+            room = clip_jobs_add(c->jobs, &p->window, r, priority_of(c, &p->window, r));
             if (!room) break;
             p->strips = rest;
             p->live++;
@@ -178,12 +192,24 @@ static void feed(struct clipmap *c)
     clip_jobs_start(c->jobs);
 }
 
+// The next AHEAD frames, if the focus goes on as between the last two.
+static void look_ahead(struct clipmap *c, double lat, double lon)
+{
+    enum { AHEAD = 8 };
+    bool first = c->last < 0;
+    double turn = 2 * M_PI;
+    c->ahead_lat = clamp_double(first ? lat : lat + AHEAD * (lat - c->lat), -M_PI / 2, M_PI / 2);
+    c->ahead_lon = first ? lon : lon + AHEAD * remainder(lon - c->lon, turn);
+}
+
 void clipmap_move(struct clipmap *c, double lat, double lon, int last)
 {
     assert(last >= 0);
     if (last >= c->params.levels) last = c->params.levels - 1;
     bool moved = c->last < 0 || lat != c->lat || lon != c->lon;
     clip_jobs_retry(c->jobs);
+    clip_jobs_wake(c->jobs);
+    look_ahead(c, lat, lon);
     for (int i = 0; i < c->params.levels && moved; i++) {
         struct level *l = &c->levels[i];
         l->window = window_at(&c->params.shape, i, lat, lon, c->params.ring_bound);
@@ -282,6 +308,7 @@ bool clipmap_wait(struct clipmap *c, double timeout_s)
     const double longest_s = 1e6;
     double deadline = clip_jobs_clock() + fmin(fmax(timeout_s, 0), longest_s);
     for (;;) {
+        clip_jobs_wake(c->jobs);
         feed(c);
         enum clip_wait result = clip_jobs_wait(c->jobs, deadline);
         if (result != CLIP_WAIT_CHANGED) return result == CLIP_WAIT_READY;
@@ -292,4 +319,5 @@ void clipmap_counters(const struct clipmap *c, struct clipmap_counters *out)
 {
     *out = c->counters;
     out->staging_bytes = clip_jobs_bytes(c->jobs);
+    out->waiting = clip_jobs_wake(c->jobs);
 }

@@ -50,6 +50,7 @@ struct clipmap_counters {
     uint64_t strips, samples, bytes; // handed out since creation
     uint64_t refills;                // levels filled from nothing
     size_t staging_bytes;            // now
+    int waiting;                     // strips whose tiles are on their way, now
 };
 
 // pyramid and pool are borrowed and outlive the clipmap.
@@ -88,5 +89,10 @@ void clipmap_counters(const struct clipmap *clipmap, struct clipmap_counters *ou
 // ERR_MEMORY only. Any thread.
 status clipmap_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
                     const window *w, window_rect rect, void *samples);
+
+// The same without waiting: ERR_PENDING when tiles are still on their way; the want has a share in
+// each of them.
+status clipmap_try_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
+                        const window *w, window_rect rect, struct want *want, void *samples);
 
 #endif

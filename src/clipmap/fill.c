@@ -46,6 +46,7 @@ struct band {
 
 struct filler {
     struct pyramid *pyramid;
+    struct want *want; // NULL: wait for tiles
     enum tile_layer layer;
     int zoom;
     window_rect rect;
@@ -76,7 +77,8 @@ static status acquire(const struct filler *f, const struct band *b, int64_t tile
 {
     int64_t tiles = b->tile_circle / TILE_SIZE;
     tile_id id = {f->layer, f->zoom, b->tile_row, (int)(tile % tiles)};
-    return pyramid_acquire(f->pyramid, id, out);
+    return f->want ? pyramid_try(f->pyramid, id, f->want, out)
+                   : pyramid_acquire(f->pyramid, id, out);
 }
 
 // First sample of window row `row`, column `col` of the result.
@@ -129,6 +131,7 @@ static void reduce_tile(const struct filler *f, const struct band *b, const pyra
 static status reduce_band(const struct filler *f, const struct band *b)
 {
     int64_t ratio = b->tile_circle / b->window_circle;
+    status pending = OK;
     assert(ratio <= TILE_SIZE); // a window column lies in one tile
     for (int64_t col = f->rect.col0; col < f->rect.col1;) {
         int64_t around = (col + b->turn) % b->window_circle;
@@ -138,12 +141,13 @@ static status reduce_band(const struct filler *f, const struct band *b)
         if (count > f->rect.col1 - col) count = f->rect.col1 - col;
         const pyramid_tile *tile;
         status s = acquire(f, b, first / TILE_SIZE, &tile);
-        if (s) return s;
-        reduce_tile(f, b, tile, (int)x, (int)ratio, col, (int)count);
-        pyramid_release(f->pyramid, &tile);
+        if (s && s != ERR_PENDING) return s;
+        if (s) pending = s;
+        else reduce_tile(f, b, tile, (int)x, (int)ratio, col, (int)count);
+        if (!s) pyramid_release(f->pyramid, &tile);
         col += count;
     }
-    return OK;
+    return pending;
 }
 
 static void mix_heights(float a, float b, float t, float *out)
@@ -187,7 +191,7 @@ static status widen_band(const struct filler *f, const struct band *b)
 {
     int64_t parts = b->window_circle / b->tile_circle; // even: a power of two above 1
     int64_t tile_columns = parts * TILE_SIZE;
-    status s = OK;
+    status s = OK, pending = OK;
     for (int64_t col = f->rect.col0; col < f->rect.col1 && !s;) {
         // Column c lies at (c + 1/2) / parts tile samples; from the centre of sample 0, c - parts /
         // 2 whole columns.
@@ -199,27 +203,36 @@ static status widen_band(const struct filler *f, const struct band *b)
         bool crosses = phase + count > tile_columns - parts;
         const pyramid_tile *tile = NULL, *next = NULL;
         s = acquire(f, b, index, &tile);
+        if (s == ERR_PENDING) pending = s, s = OK;
         if (!s && crosses) s = acquire(f, b, index + 1, &next);
-        if (!s) widen_tile(f, b, tile, next, parts, phase, col, count);
+        if (s == ERR_PENDING) pending = s, s = OK;
+        if (!s && !pending) widen_tile(f, b, tile, next, parts, phase, col, count);
         if (next) pyramid_release(f->pyramid, &next);
         if (tile) pyramid_release(f->pyramid, &tile);
         col += count;
     }
-    return s;
+    return s ? s : pending;
 }
 
 status clipmap_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
                     const window *w, window_rect rect, void *samples)
 {
+    return clipmap_try_fill(pyramid, layer, shape, w, rect, NULL, samples);
+}
+
+status clipmap_try_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
+                        const window *w, window_rect rect, struct want *want, void *samples)
+{
     assert(layer == LAYER_HEIGHT || layer == LAYER_COLOR);
     pthread_once(&tables_once, make_tables);
-    struct filler f = {pyramid, layer, w->zoom, rect, samples};
+    struct filler f = {pyramid, want, layer, w->zoom, rect, samples};
     int64_t circle = (int64_t)shape->cols << w->share;
-    status s = OK;
+    status s = OK, pending = OK;
     for (int64_t row = rect.row0; row < rect.row1 && !s;) {
         struct band b = band_at(&f, row, circle);
         s = b.tile_circle >= circle ? reduce_band(&f, &b) : widen_band(&f, &b);
+        if (s == ERR_PENDING) pending = s, s = OK;
         row = b.row1;
     }
-    return s;
+    return s ? s : pending;
 }

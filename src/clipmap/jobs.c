@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 
 enum { MAX_STRIP_ROWS = 64, MIN_BLOCKS = 8, MAX_BLOCKS = 256 };
@@ -73,7 +74,10 @@ void clip_jobs_destroy(struct clip_jobs **jobs)
     pthread_mutex_lock(&j->lock);
     for (int i = 0; i < j->count; i++)
         if (j->job[i].state == CLIP_JOB_QUEUED) j->job[i].state = CLIP_JOB_FREE;
+    for (int i = 0; j->job && i < j->count; i++)
+        if (j->job[i].want) want_cancel(j->job[i].want);
     while (j->runners) pthread_cond_wait(&j->changed, &j->lock);
+    for (int i = 0; j->job && i < j->count; i++) want_release(&j->job[i].want);
     pthread_mutex_unlock(&j->lock);
     pthread_cond_destroy(&j->changed);
     pthread_mutex_destroy(&j->lock);
@@ -105,12 +109,19 @@ static struct clip_job *first_queued(struct clip_jobs *j)
     return best;
 }
 
+static void set_free(struct clip_job *job)
+{
+    want_release(&job->want);
+    job->state = CLIP_JOB_FREE;
+}
+
 // Without the lock.
 static status fill(const struct clip_jobs *j, struct clip_job *job)
 {
     const struct clip_jobs_params *p = &j->params;
     window_rect r = job->rect;
-    status s = clipmap_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->samples);
+    status s =
+        clipmap_try_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->want, job->samples);
     if (!s && job->ranges)
         clip_bounds_reduce(job->samples, (int)(r.row1 - r.row0),
                            window_texel(r.col0, p->shape.cols), (int)(r.col1 - r.col0),
@@ -124,7 +135,8 @@ static void run_one(struct clip_jobs *j, struct clip_job *job)
     pthread_mutex_unlock(&j->lock);
     status s = fill(j, job);
     pthread_mutex_lock(&j->lock);
-    if (job->state == CLIP_JOB_DROPPED) job->state = CLIP_JOB_FREE;
+    if (job->state == CLIP_JOB_DROPPED) set_free(job);
+    else if (s == ERR_PENDING) job->state = CLIP_JOB_WAITING;
     else job->state = s ? CLIP_JOB_FAILED : CLIP_JOB_READY;
     j->unfinished--;
     pthread_cond_broadcast(&j->changed);
@@ -157,7 +169,7 @@ void clip_jobs_start(struct clip_jobs *j)
     pthread_mutex_unlock(&j->lock);
 }
 
-bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect)
+bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect, double priority)
 {
     pthread_mutex_lock(&j->lock);
     struct clip_job *job = NULL;
@@ -166,6 +178,7 @@ bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect)
     if (job) {
         job->state = CLIP_JOB_QUEUED;
         job->order = j->next_order++;
+        job->want = want_create(priority);
         job->window = *w;
         job->rect = rect;
         job->handed = job->uploaded = 0;
@@ -202,7 +215,7 @@ struct clip_job *clip_jobs_of_samples(struct clip_jobs *j, const void *samples)
 void clip_jobs_release(struct clip_jobs *j, struct clip_job *job)
 {
     pthread_mutex_lock(&j->lock);
-    job->state = CLIP_JOB_FREE;
+    set_free(job);
     pthread_mutex_unlock(&j->lock);
 }
 
@@ -210,17 +223,19 @@ static void drop(struct clip_jobs *j, struct clip_job *job)
 {
     switch (job->state) {
     case CLIP_JOB_QUEUED:
-        job->state = CLIP_JOB_FREE;
+        set_free(job);
         j->unfinished--;
         break;
     case CLIP_JOB_RUNNING:
+        want_cancel(job->want);
         job->state = CLIP_JOB_DROPPED;
         break;
     case CLIP_JOB_READY:
-        job->state = job->uploaded < job->handed ? CLIP_JOB_ORPHAN : CLIP_JOB_FREE;
+        if (job->uploaded < job->handed) job->state = CLIP_JOB_ORPHAN;
+        else set_free(job);
         break;
     default:
-        job->state = CLIP_JOB_FREE;
+        set_free(job);
     }
 }
 
@@ -252,6 +267,22 @@ void clip_jobs_retry(struct clip_jobs *j)
     pthread_mutex_unlock(&j->lock);
 }
 
+int clip_jobs_wake(struct clip_jobs *j)
+{
+    int waiting = 0;
+    pthread_mutex_lock(&j->lock);
+    for (int i = 0; i < j->count; i++) {
+        struct clip_job *job = &j->job[i];
+        if (job->state != CLIP_JOB_WAITING) continue;
+        if (want_ready(job->want)) {
+            job->state = CLIP_JOB_QUEUED;
+            j->unfinished++;
+        } else waiting++;
+    }
+    pthread_mutex_unlock(&j->lock);
+    return waiting;
+}
+
 size_t clip_jobs_bytes(struct clip_jobs *j)
 {
     size_t samples = 0;
@@ -267,9 +298,14 @@ size_t clip_jobs_bytes(struct clip_jobs *j)
 
 double clip_jobs_clock(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+    return clock_now_s();
+}
+
+static bool any_waiting(const struct clip_jobs *j)
+{
+    for (int i = 0; i < j->count; i++)
+        if (j->job[i].state == CLIP_JOB_WAITING) return true;
+    return false;
 }
 
 static enum clip_wait look(const struct clip_jobs *j)
@@ -279,17 +315,19 @@ static enum clip_wait look(const struct clip_jobs *j)
         if (is_ready(&j->job[i])) return CLIP_WAIT_READY;
         failed |= j->job[i].state == CLIP_JOB_FAILED;
     }
-    return j->unfinished || failed ? CLIP_WAIT_TIMEOUT : CLIP_WAIT_IDLE;
+    return j->unfinished || failed || any_waiting(j) ? CLIP_WAIT_TIMEOUT : CLIP_WAIT_IDLE;
 }
 
 enum clip_wait clip_jobs_wait(struct clip_jobs *j, double deadline_s)
 {
     const double retry_s = 1e-3; // when the pool had no room for a runner
+    const double wake_s = 4e-3;  // when tiles may come
     pthread_mutex_lock(&j->lock);
     enum clip_wait result = look(j);
     double now = clip_jobs_clock();
     if (result == CLIP_WAIT_TIMEOUT && now < deadline_s) {
         if (j->unfinished && !j->runners) deadline_s = fmin(deadline_s, now + retry_s);
+        else if (any_waiting(j)) deadline_s = fmin(deadline_s, now + wake_s);
         struct timespec t = {.tv_sec = (time_t)deadline_s};
         t.tv_nsec = (long)((deadline_s - (double)t.tv_sec) * 1e9);
         pthread_cond_timedwait(&j->changed, &j->lock, &t);

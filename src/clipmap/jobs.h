@@ -15,6 +15,7 @@ enum clip_job_state {
     CLIP_JOB_RUNNING, // on a worker
     CLIP_JOB_DROPPED, // on a worker, unwanted: freed when the worker returns
     CLIP_JOB_FAILED,  // memory was refused: waits for clip_jobs_retry
+    CLIP_JOB_WAITING, // its tiles are on their way: waits for clip_jobs_wake
     CLIP_JOB_READY,   // samples may be handed out
     CLIP_JOB_ORPHAN,  // unwanted, but some of its rows are in the caller's hands
 };
@@ -22,6 +23,7 @@ enum clip_job_state {
 struct clip_job {
     enum clip_job_state state; // under the lock of the set
     uint64_t order;
+    struct want *want; // NULL when free
     window window;
     window_rect rect;
     void *samples;
@@ -44,7 +46,8 @@ void clip_jobs_destroy(struct clip_jobs **jobs); // drops what is queued, waits 
 int clip_jobs_max_rows(const struct clip_jobs *jobs);
 
 // Queues the filling of a rectangle that does not wrap in the texture; false when no block is free.
-bool clip_jobs_add(struct clip_jobs *jobs, const window *w, window_rect rect);
+// priority: of what it needs from the sources, see want.h.
+bool clip_jobs_add(struct clip_jobs *jobs, const window *w, window_rect rect, double priority);
 
 // Sees to it that workers are on their way to the queued strips.
 void clip_jobs_start(struct clip_jobs *jobs);
@@ -62,6 +65,9 @@ int clip_jobs_drop(struct clip_jobs *jobs, int level, window_rect keep);
 
 // Queues again what failed.
 void clip_jobs_retry(struct clip_jobs *jobs);
+
+// Queues again what waited for tiles that have come. Returns how many still wait.
+int clip_jobs_wake(struct clip_jobs *jobs);
 
 size_t clip_jobs_bytes(struct clip_jobs *jobs);
 

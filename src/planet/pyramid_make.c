@@ -187,16 +187,19 @@ static status make_missing(struct making *m, tile_id id, float *samples)
 
 static status make_heights(struct making *m, tile_id id, float *heights, struct cache_made *range)
 {
+    const struct pyramid *p = m->pyramid;
     bool found;
     status s = read_stored(m, id, heights, &found);
     if (!s && !found) s = make_missing(m, id, heights);
-    if (!s && found && has_nan(heights)) {
+    if (!s && found && !p->source->gaps_final && has_nan(heights)) {
         float *made = malloc(sizeof *made * SAMPLES);
         s = made ? make_missing(m, id, made) : ERR_MEMORY;
         for (int i = 0; !s && i < SAMPLES; i++)
             heights[i] = isnan(heights[i]) ? made[i] : heights[i];
         free(made);
     }
+    for (int i = 0; !s && !p->over && i < SAMPLES; i++)
+        heights[i] = isnan(heights[i]) ? 0 : heights[i];
     if (!s) pyramid_measure_range(heights, range);
     return s;
 }
@@ -245,7 +248,7 @@ static status make_rgba(struct making *m, tile_id id, uint8_t *rgba)
     struct stored_pixels stored = {.color = room, .light = room + SAMPLES * 4};
     status s = read_pixels(m, id, &stored);
     bool color_known = p->own.max_zoom[LAYER_COLOR] < 0;
-    if (!s && stored.has_color) color_known = is_opaque(stored.color);
+    if (!s && stored.has_color) color_known = p->source->gaps_final || is_opaque(stored.color);
     bool light_known = p->over || stored.has_light || p->own.max_zoom[LAYER_NIGHT] < 0;
     for (int i = 0; i < SAMPLES * 4; i++) rgba[i] = p->over ? 0 : BARE_GROUND[i % 4];
     if (!s && !(color_known && light_known)) {

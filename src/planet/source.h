@@ -30,6 +30,9 @@ struct source {
     const struct source_ops *ops;
     struct planet_meta meta;
     const char *path; // in messages
+    // What a tile has no data for has none: it is not filled from coarser tiles, of which a sample
+    // at the border may hold more than there is.
+    bool gaps_final;
 };
 
 // May the tile be stored? No I/O. False for ever, or true for ever but for tiles found unreadable.

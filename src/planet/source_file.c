@@ -67,7 +67,8 @@ static const struct source_ops file_ops = {file_has, file_read, file_counters, f
 static status open_file(struct planet_file *file, bool owned, struct source **out)
 {
     struct source_file *f = NEW(struct source_file);
-    f->source = (struct source){&file_ops, *planet_file_meta(file), planet_file_path(file)};
+    f->source = (struct source){
+        .ops = &file_ops, .meta = *planet_file_meta(file), .path = planet_file_path(file)};
     f->file = file;
     f->owned = owned;
     *out = &f->source;

@@ -40,10 +40,15 @@ static void let_go(struct want *w)
     free(w);
 }
 
+void want_cancel(struct want *w)
+{
+    atomic_store(&w->cancelled, true);
+}
+
 void want_release(struct want **want)
 {
     if (!*want) return;
-    atomic_store(&(*want)->cancelled, true);
+    want_cancel(*want);
     let_go(*want);
     *want = NULL;
 }

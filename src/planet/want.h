@@ -14,6 +14,8 @@ struct want *want_create(double priority);
 // The asker's end: cancels what is still under way for this want alone. NULL-safe, nulls the
 // pointer.
 void want_release(struct want **want);
+// The first half of it, from another thread of the asker's.
+void want_cancel(struct want *want);
 
 // Nothing is under way: ask again.
 bool want_ready(const struct want *want);

@@ -5,10 +5,20 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { BODIES = 13, SAMPLES = TILE_SIZE * TILE_SIZE };
+enum { BODIES = 13, SAMPLES = TILE_SIZE * TILE_SIZE, LATE_MAX = 1 << 14 };
+
+// A tile that was asked for before it was delivered.
+struct late {
+    tile_id id;
+    struct want *want; // NULL: delivered
+};
 
 struct pyramid {
     atomic_int refuse, microseconds, asked, held;
+    bool is_late;
+    pthread_mutex_t lock;
+    struct late late[LATE_MAX];
+    int late_count;
 };
 
 static float heights[BODIES][SAMPLES];
@@ -63,11 +73,16 @@ void fake_color(int zoom, int64_t row, int64_t index, uint8_t rgba[4])
 
 struct pyramid *fake_pyramid_create(void)
 {
-    return calloc(1, sizeof(struct pyramid));
+    struct pyramid *p = calloc(1, sizeof *p);
+    pthread_mutex_init(&p->lock, NULL);
+    return p;
 }
 
 void fake_pyramid_destroy(struct pyramid **pyramid)
 {
+    for (int i = 0; i < (*pyramid)->late_count; i++)
+        if ((*pyramid)->late[i].want) want_give_back(&(*pyramid)->late[i].want);
+    pthread_mutex_destroy(&(*pyramid)->lock);
     free(*pyramid);
     *pyramid = NULL;
 }
@@ -109,6 +124,68 @@ status pyramid_acquire(struct pyramid *p, tile_id id, const pyramid_tile **out)
     p->held++;
     *out = t;
     return OK;
+}
+
+// Else notes who waits for it.
+static bool was_delivered(struct pyramid *p, tile_id id, struct want *want)
+{
+    bool delivered = false;
+    pthread_mutex_lock(&p->lock);
+    for (int i = 0; i < p->late_count && !delivered; i++)
+        delivered = tile_id_equal(p->late[i].id, id) && !p->late[i].want;
+    if (!delivered) {
+        if (p->late_count == LATE_MAX) abort();
+        p->late[p->late_count++] = (struct late){id, want_take(want)};
+    }
+    pthread_mutex_unlock(&p->lock);
+    return delivered;
+}
+
+status pyramid_try(struct pyramid *p, tile_id id, struct want *want, const pyramid_tile **out)
+{
+    *out = NULL;
+    return p->is_late && !was_delivered(p, id, want) ? ERR_PENDING : pyramid_acquire(p, id, out);
+}
+
+void fake_pyramid_late(struct pyramid *p)
+{
+    p->is_late = true;
+}
+
+int fake_pyramid_deliver(struct pyramid *p, int count)
+{
+    int given = 0;
+    pthread_mutex_lock(&p->lock);
+    while (given < count) {
+        struct late *best = NULL;
+        for (int i = 0; i < p->late_count; i++) {
+            struct late *l = &p->late[i];
+            if (!l->want || want_cancelled(l->want)) continue;
+            if (!best || want_priority(l->want) < want_priority(best->want)) best = l;
+        }
+        if (!best) break;
+        tile_id id = best->id;
+        for (int i = 0; i < p->late_count; i++)
+            if (p->late[i].want && tile_id_equal(p->late[i].id, id))
+                want_give_back(&p->late[i].want);
+        given++;
+    }
+    pthread_mutex_unlock(&p->lock);
+    return given;
+}
+
+int fake_pyramid_under_way(struct pyramid *p, int *stale)
+{
+    int count = 0;
+    *stale = 0;
+    pthread_mutex_lock(&p->lock);
+    for (int i = 0; i < p->late_count; i++) {
+        if (!p->late[i].want) continue;
+        count++;
+        *stale += want_cancelled(p->late[i].want);
+    }
+    pthread_mutex_unlock(&p->lock);
+    return count;
 }
 
 void pyramid_release(struct pyramid *p, const pyramid_tile **tile)

@@ -15,6 +15,15 @@ void fake_pyramid_refuse(struct pyramid *pyramid, int count);
 // Every tile takes this long.
 void fake_pyramid_slow(struct pyramid *pyramid, int microseconds);
 
+// From now on tiles come only when they are delivered: pyramid_try answers ERR_PENDING before.
+void fake_pyramid_late(struct pyramid *pyramid);
+
+// Delivers up to `count` tiles that somebody still wants, by priority. Returns how many.
+int fake_pyramid_deliver(struct pyramid *pyramid, int count);
+
+// Tiles on their way, and how many of them nobody wants any more.
+int fake_pyramid_under_way(struct pyramid *pyramid, int *stale);
+
 int fake_pyramid_asked(struct pyramid *pyramid); // tiles asked for since creation
 int fake_pyramid_held(struct pyramid *pyramid);  // acquired and not released
 

@@ -1,0 +1,119 @@
+// Tiles that come late: nothing waits for them, what a turn made useless is given up, coarse levels
+// are asked for first, and what lies ahead before what lies behind.
+#include "check.h"
+
+#include <unistd.h>
+
+#include "model.h"
+
+static const clipmap_params PARAMS = {LAYER_HEIGHT, {288, 512, 256}, 12, 1.00336, 0};
+
+// Frames until the workers have asked for all they can.
+static void settle(struct model *m, double lat, double lon, int last)
+{
+    struct clipmap_counters c;
+    for (int same = 0, before = -1; same < 20;) {
+        clipmap_move(m->clipmap, lat, lon, last);
+        while (model_take(m, SIZE_MAX)) model_upload(m);
+        usleep(2000);
+        clipmap_counters(m->clipmap, &c);
+        same = c.waiting == before ? same + 1 : 0;
+        before = c.waiting;
+    }
+}
+
+static void late_tiles_complete_the_windows(void **state)
+{
+    (void)state;
+    struct model m;
+    int stale, steps = 0;
+    model_init(&m, &PARAMS, 2, 64);
+    fake_pyramid_late(m.pyramid);
+    settle(&m, 0.8, 0.2, 11);
+    assert_false(clipmap_complete(m.clipmap, NULL));
+    assert_true(fake_pyramid_under_way(m.pyramid, &stale) > 20);
+    assert_int_equal(stale, 0);
+    while (!clipmap_complete(m.clipmap, NULL) && steps++ < 2000) {
+        fake_pyramid_deliver(m.pyramid, 3);
+        clipmap_move(m.clipmap, 0.8, 0.2, 11);
+        clipmap_wait(m.clipmap, 0.02);
+        while (model_take(&m, SIZE_MAX)) model_upload(&m);
+        model_check_third(&m, steps);
+    }
+    assert_true(clipmap_complete(m.clipmap, NULL));
+    model_check(&m);
+    model_deinit(&m);
+}
+
+static void coarse_levels_come_first(void **state)
+{
+    (void)state;
+    struct model m;
+    model_init(&m, &PARAMS, 2, 64);
+    fake_pyramid_late(m.pyramid);
+    bool complete[12] = {false};
+    for (int steps = 0; steps < 3000 && !complete[11]; steps++) {
+        fake_pyramid_deliver(m.pyramid, 1);
+        clipmap_move(m.clipmap, 0.8, 0.2, 11);
+        clipmap_wait(m.clipmap, 0.01);
+        while (model_take(&m, SIZE_MAX)) model_upload(&m);
+        for (int i = 0; i < 12; i++) {
+            complete[i] = clipmap_level_state(m.clipmap, i).complete;
+            if (i > 0 && complete[i]) assert_true(complete[i - 1]);
+        }
+    }
+    assert_true(complete[11]);
+    model_deinit(&m);
+}
+
+// Issue 4: after a turn at most 10 % of what is in flight is stale.
+static void a_turn_gives_up_what_is_stale(void **state)
+{
+    (void)state;
+    struct model m;
+    int stale;
+    model_init(&m, &PARAMS, 2, 64);
+    fake_pyramid_late(m.pyramid);
+    settle(&m, 0.8, 0.2, 11);
+    int before = fake_pyramid_under_way(m.pyramid, &stale);
+    clipmap_move(m.clipmap, -0.5, 2.5, 11); // the other side of the world
+    fake_pyramid_under_way(m.pyramid, &stale);
+    print_message("of %d tiles under way %d are given up by a turn\n", before, stale);
+    // Levels 0 and 1 hold the whole circle and stay.
+    assert_true(stale * 10 >= before * 6);
+    settle(&m, -0.5, 2.5, 11);
+    int wanted = fake_pyramid_deliver(m.pyramid, 1 << 20);
+    settle(&m, -0.5, 2.5, 11);
+    while (fake_pyramid_deliver(m.pyramid, 1 << 20)) settle(&m, -0.5, 2.5, 11);
+    assert_true(wanted > 20);
+    assert_true(clipmap_complete(m.clipmap, NULL));
+    model_check(&m);
+    model_deinit(&m);
+}
+
+// Dropping everything while tiles are on their way.
+static void destroyed_with_tiles_under_way(void **state)
+{
+    (void)state;
+    struct model m;
+    int stale;
+    model_init(&m, &PARAMS, 2, 64);
+    fake_pyramid_late(m.pyramid);
+    clipmap_move(m.clipmap, 0.8, 0.2, 11);
+    usleep(3000);
+    clipmap_destroy(&m.clipmap);
+    int count = fake_pyramid_under_way(m.pyramid, &stale);
+    assert_int_equal(stale, count);
+    model_deinit(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(late_tiles_complete_the_windows),
+        cmocka_unit_test(coarse_levels_come_first),
+        cmocka_unit_test(a_turn_gives_up_what_is_stale),
+        cmocka_unit_test(destroyed_with_tiles_under_way),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
