@@ -3,79 +3,36 @@
 // not from the rounded attributes, so the bounds hold with their rounding.
 #include "check.h"
 
+#include "geo/ring_truth.h"
 #include "geo/shared.h"
 #include "geo/test_shared_cases.h"
 
-typedef long double exact;
-
-#define PI_EXACT 3.14159265358979323846264338327950288L
-
 struct truth {
-    exact dlon, dlat; // rad
-    exact rho;        // distance from the axis, unit sphere
-    exact p[3];       // from the camera, meridian frame, m
+    struct ring_truth ring;
+    exact p[3]; // from the camera, meridian frame, m
 };
 
-static void unit_vector(const struct shared_case *c, exact u[3])
+static struct truth_focus focus_of(const struct shared_case *c)
 {
-    int half = shared_case_rings.azimuth_steps / 2, west = c->column > half;
-    int k = west ? c->column - 1 : c->column;
-    exact t = PI_EXACT * exp2l(-(exact)c->ring / shared_case_rings.rings_per_level);
-    exact azimuth = 2 * PI_EXACT * k / shared_case_rings.azimuth_steps;
-    exact north = sinl(t) * cosl(azimuth), east = sinl(t) * sinl(azimuth), up = cosl(t);
-    if (k % half == 0) east = west ? -0.0L : 0.0L;
-    if (4 * k == 2 * half || 4 * k == 6 * half) north = 0;
-    exact cb = sinl(c->colatitude), sb = c->hemisphere * cosl(c->colatitude);
-    u[0] = cb * up - sb * north;
-    u[1] = east;
-    u[2] = sb * up + cb * north;
-}
-
-static void surface(geo_ellipsoid e, const exact u[3], exact height, exact p[3])
-{
-    exact d[3] = {e.a * u[0], e.a * u[1], e.b * u[2]};
-    exact n[3] = {u[0] / e.a, u[1] / e.a, u[2] / e.b};
-    exact length = hypotl(hypotl(n[0], n[1]), n[2]);
-    for (int i = 0; i < 3; i++) p[i] = d[i] + height * n[i] / length;
+    return (struct truth_focus){c->ellipsoid, c->colatitude, c->hemisphere};
 }
 
 static struct truth truth_of(const struct shared_case *c)
 {
-    geo_ellipsoid e = c->ellipsoid;
-    exact u[3], p[3], camera[3];
-    exact focus[3] = {sinl(c->colatitude), 0, c->hemisphere * cosl(c->colatitude)};
-    unit_vector(c, u);
-    surface(e, u, c->h, p);
-    surface(e, focus, c->href, camera);
-    struct truth t = {.rho = hypotl(u[0], u[1])};
-    t.dlon = atan2l(u[1], u[0]);
-    t.dlat = atan2l((exact)e.a * u[2], (exact)e.b * t.rho) -
-             atan2l((exact)e.a * focus[2], (exact)e.b * focus[0]);
-    for (int i = 0; i < 3; i++) t.p[i] = p[i] - camera[i];
+    struct truth_focus f = focus_of(c);
+    struct truth t = {.ring = ring_truth_ideal(&f, &shared_case_rings, c->ring, c->column)};
+    exact focus[3], camera[3];
+    ring_truth_focus(&f, focus);
+    ring_truth_point(c->ellipsoid, t.ring.u, c->h, t.p);
+    ring_truth_point(c->ellipsoid, focus, c->href, camera);
+    for (int i = 0; i < 3; i++) t.p[i] -= camera[i];
     return t;
 }
 
-// A place at the pole has no longitude: the vertex within this share of its ring's radius is left
-// out there.
-static int has_longitude(const struct shared_case *c, const struct truth *t)
-{
-    return t->rho > 1e-6L * exp2l(-c->level);
-}
-
-// Longitude texel of the level's window of 512 columns: the narrowest power-of-two share of the
-// circle that holds the level's outer ring, at most as narrow as the rows allow.
 static exact lon_texel(const struct shared_case *c)
 {
-    exact radius = sinl(PI_EXACT * exp2l(-c->level)), out = sinl(c->colatitude);
-    exact span = radius < out ? 2 * asinl(radius / out) : 2 * PI_EXACT;
-    exact share = 2 * PI_EXACT;
-    for (int k = 0; k < c->level - 1 && share / 2 >= span; k++) share /= 2;
-    return share / 512;
-}
-
-static exact lat_texel(const struct shared_case *c)
-{
-    return 2 * PI_EXACT * exp2l(-c->level) / 256;
+    struct truth_focus f = focus_of(c);
+    return ring_truth_lon_texel(&f, c->level);
 }
 
 static void arc_tangent(void **state)
@@ -132,9 +89,11 @@ static void stable_is_true(void **state)
         double e = sin(angle) * d[1], v = 2 * sin(angle / 2) * sin(angle / 2);
         if (e == 0) e = c.column > half ? -1e-30 : 1e-30;
         map_transform_stable_d(sin(angle) * d[0], e, v, f.cb, f.sb, f.r, &dlon, &dlat);
-        check_near(dlat, (double)t.dlat, 2e-8 * fabs((double)t.dlat) + 1e-15 * angle + 3e-19);
-        if (!has_longitude(&c, &t)) continue;
-        check_near(dlon, (double)t.dlon, 2e-8 * fabs((double)t.dlon) + 1e-15 / (double)t.rho);
+        check_near(dlat, (double)t.ring.dlat,
+                   2e-8 * fabs((double)t.ring.dlat) + 1e-15 * angle + 3e-19);
+        if (!ring_truth_has_longitude(&t.ring, c.level)) continue;
+        check_near(dlon, (double)t.ring.dlon,
+                   2e-8 * fabs((double)t.ring.dlon) + 1e-15 / (double)t.ring.rho);
     }
 }
 
@@ -150,11 +109,11 @@ static void stable_bounds(void **state)
         int k = i / (SHARED_CASES / SHARED_COLATITUDES);
         float dlon, dlat;
         map_transform_stable_f(c.n, c.e, c.v, c.cb, c.sb, c.r, &dlon, &dlat);
-        exact error = fabsl(dlon - t.dlon);
-        lat[k] = fmaxl(lat[k], fabsl(dlat - t.dlat) / lat_texel(&c));
-        if (!has_longitude(&c, &t)) continue;
+        exact error = fabsl(dlon - t.ring.dlon);
+        lat[k] = fmaxl(lat[k], fabsl(dlat - t.ring.dlat) / ring_truth_lat_texel(c.level));
+        if (!ring_truth_has_longitude(&t.ring, c.level)) continue;
         lon[k] = fmaxl(lon[k], error / lon_texel(&c));
-        arc[k] = fmaxl(arc[k], error * t.rho / lat_texel(&c));
+        arc[k] = fmaxl(arc[k], error * t.ring.rho / ring_truth_lat_texel(c.level));
     }
     for (int k = 0; k < SHARED_COLATITUDES; k++) {
         struct shared_case c = shared_case_at(k * (SHARED_CASES / SHARED_COLATITUDES));
@@ -181,9 +140,10 @@ static void exact_is_true(void **state)
         double e = c.e == RING_SEAM || c.e == -RING_SEAM ? c.e : sin(angle) * d[1];
         map_transform_exact_d(sin(angle) * d[0], e, 2 * sin(angle / 2) * sin(angle / 2), cos(b),
                               sin(b), el.a / el.b, geo_geodetic_from_reduced(el, b), &dlon, &dlat);
-        double rho = (double)t.rho; // acos loses half the digits at a pole
-        check_near(dlat, (double)t.dlat, 2e-15 + fmin(1e-15 / fmax(rho, 1e-20), 1e-7));
-        if (has_longitude(&c, &t)) check_near(dlon, (double)t.dlon, 2e-15 + 1e-15 / rho);
+        double rho = (double)t.ring.rho; // acos loses half the digits at a pole
+        check_near(dlat, (double)t.ring.dlat, 2e-15 + fmin(1e-15 / fmax(rho, 1e-20), 1e-7));
+        if (ring_truth_has_longitude(&t.ring, c.level))
+            check_near(dlon, (double)t.ring.dlon, 2e-15 + 1e-15 / rho);
     }
 }
 

@@ -7,11 +7,8 @@
 #include <stdbool.h>
 
 #include "geo/shared.h"
-#include "geo/test_shared_cases.h"
 #include "gpu/gpu_fixture.h"
-#include "gpu/program.h"
-
-enum { INPUTS = 20, OUTPUTS = 12, LOCAL_SIZE = 64 };
+#include "gpu/shared_kernel.h"
 
 // Measured on llvmpipe, where the GPU's floats are C's to the last bit: 4.4e-5 texel, 1.8e-7 of the
 // distance, 1.6e-7 relative, 6e-8 relative (one multiplication), 3.3e-4 rad (acos near 1). Other
@@ -24,71 +21,29 @@ enum { INPUTS = 20, OUTPUTS = 12, LOCAL_SIZE = 64 };
 
 typedef long double exact;
 
-struct inputs {
-    float n, e, v, cb, sb, r, lat, stretch, dlat_db, w;
-    float h, a, b, href_hi, href_lo, ox, oy, oz;
-    float tan_y, tan_x;
-};
-
-struct outputs {
-    float stable[2], exact[2], approx[2], blend[2]; // longitude, latitude
-    float position[3];
-    float atan;
-};
-
-_Static_assert(sizeof(struct inputs) == INPUTS * sizeof(float), "as the shader counts them");
-_Static_assert(sizeof(struct outputs) == OUTPUTS * sizeof(float), "as the shader counts them");
-
-static struct inputs *inputs;
-static struct outputs *outputs;
+static struct shared_inputs *inputs;
+static struct shared_outputs *outputs;
 static struct check_random dice = {7};
 
 static void fill_inputs(int i)
 {
     struct shared_case c = shared_case_at(i);
-    struct inputs *in = &inputs[i];
-    *in = (struct inputs){.n = c.n, .e = c.e, .v = c.v, .cb = c.cb, .sb = c.sb, .r = c.r};
-    in->lat = c.lat, in->stretch = c.stretch, in->dlat_db = c.dlat_db, in->w = c.w;
-    in->h = c.h, in->a = c.a, in->b = c.b, in->href_hi = c.href_hi, in->href_lo = c.href_lo;
-    in->ox = c.ox, in->oy = c.oy, in->oz = c.oz;
+    struct shared_inputs *in = &inputs[i];
+    *in = shared_inputs_of(&c);
     float x = (float)check_random_range(&dice, -1, 1), y = (float)check_random_range(&dice, -1, 1);
     int shift = (int)(check_random_u64(&dice) % 60);
     in->tan_x = i % 4 == 1 ? ldexpf(x, -shift) : x;
     in->tan_y = i % 4 == 2 ? ldexpf(y, -shift) : i % 4 == 3 ? x * (1 + 1e-3f * y) : y;
 }
 
-static GLuint make_buffer(GLuint binding, size_t bytes, const void *data)
-{
-    GLuint buffer;
-    glCreateBuffers(1, &buffer);
-    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, data, 0);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer);
-    return buffer;
-}
-
 static int compute(void **state)
 {
     (void)state;
-    char defines[64];
-    GLuint program;
     inputs = calloc(SHARED_CASES, sizeof *inputs);
     outputs = calloc(SHARED_CASES, sizeof *outputs);
     if (!inputs || !outputs) return -1;
     for (int i = 0; i < SHARED_CASES; i++) fill_inputs(i);
-    gpu_program_set_dir(TEST_SHADER_DIR);
-    snprintf(defines, sizeof defines, "#define INPUTS %uu\n#define OUTPUTS %uu\n", INPUTS, OUTPUTS);
-    if (gpu_program_create_compute("test/shared.comp", defines, &program)) return -1;
-    GLuint in = make_buffer(0, SHARED_CASES * sizeof *inputs, inputs);
-    GLuint out = make_buffer(1, SHARED_CASES * sizeof *outputs, outputs);
-    glUseProgram(program);
-    glProgramUniform1ui(program, 0, SHARED_CASES);
-    glDispatchCompute((SHARED_CASES + LOCAL_SIZE - 1) / LOCAL_SIZE, 1, 1);
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-    glGetNamedBufferSubData(out, 0, SHARED_CASES * (GLsizeiptr)sizeof *outputs, outputs);
-    glDeleteProgram(program);
-    glDeleteBuffers(1, &in);
-    glDeleteBuffers(1, &out);
-    return 0;
+    return shared_kernel_run(inputs, outputs, SHARED_CASES) ? -1 : 0;
 }
 
 static int release(void **state)
@@ -124,7 +79,7 @@ struct plain {
     exact dlon, dlat;
 };
 
-static struct plain plain_map(const struct inputs *in)
+static struct plain plain_map(const struct shared_inputs *in)
 {
     exact n = in->n, e = in->e, v = in->v, cb = in->cb, sb = in->sb, r = in->r;
     struct plain p = {.d = {-sb * n - cb * v, e, cb * n - sb * v}};
@@ -146,7 +101,7 @@ static void test_stable(void **state)
     (void)state;
     double lon_source = 0, lat_source = 0, lon_plain = 0, lat_plain = 0, lat_cpu = 0;
     for (int i = 0; i < SHARED_CASES; i++) {
-        const struct inputs *in = &inputs[i];
+        const struct shared_inputs *in = &inputs[i];
         const float *got = outputs[i].stable;
         struct plain p = plain_map(in);
         double dlon, dlat, unit = texel(i), ground = (double)p.rho / unit;
@@ -168,7 +123,7 @@ static void test_stable(void **state)
     check_bound("stable, latitude, plain (texel)", lat_plain, STABLE_BOUND);
 }
 
-static exact normal_part(const struct inputs *in, const exact u[3], int axis)
+static exact normal_part(const struct shared_inputs *in, const exact u[3], int axis)
 {
     exact m[3] = {u[0] / in->a, u[1] / in->a, u[2] / in->b};
     return m[axis] / sqrtl(m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
@@ -179,7 +134,7 @@ static void test_position(void **state)
     (void)state;
     double source = 0, plain = 0;
     for (int i = 0; i < SHARED_CASES; i++) {
-        const struct inputs *in = &inputs[i];
+        const struct shared_inputs *in = &inputs[i];
         const float *got = outputs[i].position;
         const exact focus[3] = {in->cb, 0, in->sb}, href = (exact)in->href_hi + in->href_lo;
         struct plain p = plain_map(in);
@@ -222,8 +177,8 @@ static void test_paper(void **state)
     (void)state;
     double exact_lon = 0, exact_lat = 0, approx = 0, blend_lon = 0, blend_lat = 0;
     for (int i = 0; i < SHARED_CASES; i++) {
-        const struct inputs *in = &inputs[i];
-        const struct outputs *got = &outputs[i];
+        const struct shared_inputs *in = &inputs[i];
+        const struct shared_outputs *got = &outputs[i];
         struct plain p = plain_map(in);
         double ex[2], ap[2], bl[2];
         map_transform_exact_d(in->n, in->e, in->v, in->cb, in->sb, in->r, in->lat, &ex[0], &ex[1]);
