@@ -7,7 +7,7 @@
 #include "lib/map.glsl"
 #endif
 
-layout(location = 0) in vec3 position; // m, meridian frame, from the camera
+layout(location = 0) in vec3 position; // m, tangent frame, from the camera
 layout(location = 1) in vec3 ring;
 
 layout(location = 0) out vec2 ring_ne;
@@ -22,7 +22,7 @@ layout(location = 4) out float across;
 
 void main()
 {
-    gl_Position = view.clip_from_meridian * vec4(position, 1.0);
+    gl_Position = view.clip_from_tangent * vec4(position, 1.0);
     ring_ne = ring.xy;
 #ifdef TEXCOORD_VERTEX
     uint row = uint(gl_VertexID) / view.rings.w;

@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 // One cell: first ring row, rows, first column, columns (vertices, both ends included).
 layout(std430, binding = 0) readonly buffer Cells { uvec4 cells[]; };
 layout(std430, binding = 1) buffer Ring { float ring[]; };      // n~, e~, v~ of every vertex
-layout(std430, binding = 2) writeonly buffer Place { float place[]; }; // x, y, z (m), meridian frame, from the camera
+layout(std430, binding = 2) writeonly buffer Place { float place[]; }; // up, east, north (m), tangent frame, from the camera
 
 layout(location = 0) uniform uint first_cell;
 layout(location = 1) uniform uint fill_row;  // first of the fill's rows; the rings stand before it
@@ -17,6 +17,13 @@ layout(location = 2) uniform uint fill_rows; // the fill's rings lie at 1 - j / 
 vec3 ring_of(uint vertex)
 {
     return vec3(ring[3u * vertex], ring[3u * vertex + 1u], ring[3u * vertex + 2u]);
+}
+
+place_frame place_frame_of_view()
+{
+    vec4 scale = view.place_scale, shape = view.place_shape, up = view.place_up, along = view.place_along;
+    return place_frame(scale.x, scale.y, scale.z, scale.w, shape.x, shape.y, shape.z, shape.w, up.x, up.y, up.z, up.w,
+                       along.x, along.y, along.z, along.w);
 }
 
 void main()
@@ -50,10 +57,9 @@ void main()
     int sampled = min(wanted, finest);
     float coarser = wanted > finest ? 0.0 : transition_to_coarser(f);
     float h = chain_height(dlonlat, sampled, coarser);
-    float x, y, z;
-    relative_position(r.x, r.y, r.z, h, view.focus.x, view.focus.y, view.axes.x, view.axes.y, view.axes.z, view.axes.w,
-                      view.offset.x, view.offset.y, view.offset.z, x, y, z);
-    place[3u * vertex] = x;
-    place[3u * vertex + 1u] = y;
-    place[3u * vertex + 2u] = z;
+    float up, east, north;
+    relative_position(place_frame_of_view(), r.x, r.y, r.z, h, up, east, north);
+    place[3u * vertex] = up;
+    place[3u * vertex + 1u] = east;
+    place[3u * vertex + 2u] = north;
 }

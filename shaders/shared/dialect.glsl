@@ -5,6 +5,8 @@
 //   SHARED real SHARED_NAME(half_of)(real x)             a function
 //   SHARED void SHARED_NAME(split)(real x, OUT(real) y)  an output, written as SET(y) = x;
 //   SHARED_NAME(split)(x, REF(y))                        and received into a local variable
+//   struct SHARED_NAME(pair) { real a, b; };             a type, named TYPE(pair)
+//   LEADING_BITS(x)                                      x cut to 12 bits in float; x itself in double
 #ifndef SHARED_DIALECT
 #define SHARED_DIALECT
 
@@ -18,6 +20,8 @@
 #define REF(n)         n
 #define REAL(x)        float(x)
 #define ATAN2(y, x)    atan(y, x)
+#define TYPE(t)        t
+#define LEADING_BITS(x) uintBitsToFloat(floatBitsToUint(x) & 0xfffff000u)
 
 #else
 
@@ -27,8 +31,11 @@
 #define REF(n)      (&(n))
 #define REAL(x)     ((real)(x))
 #define ATAN2(y, x) ((real)atan2(y, x))
+#define TYPE(t)     struct SHARED_NAME(t)
+#define LEADING_BITS(x) SHARED_NAME(leading_bits)(x)
 #define acos(x)     ((real)(acos)(x))
 #define cos(x)      ((real)(cos)(x))
+#define floor(x)    ((real)(floor)(x))
 #define sin(x)      ((real)(sin)(x))
 #define sqrt(x)     ((real)(sqrt)(x))
 

@@ -1,13 +1,17 @@
 /* Members of the uniform block `View`, the same list in C and GLSL (src/render/blocks.h, shaders/lib/view.glsl).
-   "Meridian frame": ECEF turned about z so that the focus of the rings lies on its x-z plane; origin at the camera. */
-BLOCK_MAT4(clip_from_meridian) /* reverse-Z, no far plane: depth = near / distance along the view axis */
+   "Meridian frame": ECEF turned about z so that the focus of the rings lies on its x-z plane; origin at the camera.
+   "Tangent frame": that turned about y so that x is up at the focus, y east, z north. */
+BLOCK_MAT4(clip_from_tangent) /* reverse-Z, no far plane: depth = near / distance along the view axis */
 BLOCK_VEC4(ray_centre)         /* view ray at NDC (x, y): ray_centre + x ray_right + y ray_up; 1 along the view axis */
 BLOCK_VEC4(ray_right)
 BLOCK_VEC4(ray_up)
 BLOCK_VEC4(focus)              /* cos b, sin b of the reduced latitude b; A/B; geodetic latitude */
 BLOCK_VEC4(focus_paper)        /* b; stretch of eq. 11; d(lat)/db; blend weight of level 0 of the paper's blend */
-BLOCK_VEC4(axes)               /* A, B (m); reference height, high and low part (m) */
-BLOCK_VEC4(offset)             /* S_focus + href nv - camera (m) */
+BLOCK_VEC4(axes)               /* A, B (m); -; - */
+BLOCK_VEC4(place_scale)        /* the members of place_frame (shared/position.glsl), in order */
+BLOCK_VEC4(place_shape)
+BLOCK_VEC4(place_up)
+BLOCK_VEC4(place_along)
 BLOCK_VEC4(camera)             /* camera from the planet's centre, in units of A, A, B; w: its distance minus 1 */
 BLOCK_VEC4(sun)                /* unit vector to the sun, meridian frame; w: cos of the focus's longitude */
 BLOCK_VEC4(atmosphere)         /* 1 / scale height in planet radii; radius / scale height; glow strength; sin of longitude */

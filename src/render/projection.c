@@ -42,8 +42,8 @@ static double aspect(const projection *p)
 static void fill_matrix(const projection *p, float out[16])
 {
     double f = 1 / tan(p->camera.fov_y / 2);
-    dvec3 right = p->eye_from_meridian.row[0], up = p->eye_from_meridian.row[1],
-          back = p->eye_from_meridian.row[2];
+    dmat3 eye = mat_mul(p->eye_from_meridian, dmat3_transpose(p->focus.tangent_from_meridian));
+    dvec3 right = eye.row[0], up = eye.row[1], back = eye.row[2];
     double jx = 2 * p->jitter_x / p->width, jy = -2 * p->jitter_y / p->height;
     dvec3 x = dvec3_mad(dvec3_scale(right, f / aspect(p)), back, -jx);
     dvec3 y = dvec3_mad(dvec3_scale(up, f), back, -jy);
@@ -53,6 +53,15 @@ static void fill_matrix(const projection *p, float out[16])
                                {-back.x, -back.y, -back.z, 0}};
     for (int c = 0; c < 4; c++)
         for (int r = 0; r < 4; r++) out[4 * c + r] = (float)rows[r][c];
+}
+
+static void fill_place(const struct geo_focus *focus, struct view_block *b)
+{
+    struct place_frame_f f = geo_place_frame_rounded(focus);
+    set4(b->place_scale, f.east, f.east_low, f.north, f.north_low);
+    set4(b->place_shape, f.drop, f.grade, f.q, f.skew);
+    set4(b->place_up, f.href, f.href_low, f.up_offset, f.up_offset_low);
+    set4(b->place_along, f.east_offset, f.east_offset_low, f.north_offset, f.north_offset_low);
 }
 
 // The view ray at NDC (x, y), 1 along the view axis, meridian frame.
@@ -76,7 +85,7 @@ static dvec3 scaled_camera(const projection *p)
 void projection_fill_block(const projection *p, dvec3 sun_ecef, bool sky_glow, struct view_block *b)
 {
     const struct geo_focus *f = &p->focus;
-    fill_matrix(p, b->clip_from_meridian);
+    fill_matrix(p, b->clip_from_tangent);
     dvec3 centre = ray(p, 0, 0), right = dvec3_sub(ray(p, 1, 0), centre),
           up = dvec3_sub(ray(p, 0, 1), centre);
     set4(b->ray_centre, centre.x, centre.y, centre.z, 0);
@@ -84,9 +93,8 @@ void projection_fill_block(const projection *p, dvec3 sun_ecef, bool sky_glow, s
     set4(b->ray_up, up.x, up.y, up.z, 0);
     set4(b->focus, f->cb, f->sb, f->r, f->lat);
     set4(b->focus_paper, f->reduced, f->stretch, f->dlat_db, 0);
-    double high = (float)f->href;
-    set4(b->axes, p->ellipsoid.a, p->ellipsoid.b, high, f->href - high);
-    set4(b->offset, f->offset.x, f->offset.y, f->offset.z, 0);
+    set4(b->axes, p->ellipsoid.a, p->ellipsoid.b, 0, 0);
+    fill_place(f, b);
     dvec3 camera = scaled_camera(p);
     set4(b->camera, camera.x, camera.y, camera.z, dvec3_length(camera) - 1);
     dvec3 sun = dmat3_mul(f->meridian_from_ecef, sun_ecef);

@@ -57,6 +57,17 @@ void ring_truth_point(geo_ellipsoid e, const exact u[3], exact h, exact p[3])
     for (int i = 0; i < 3; i++) p[i] = axis[i] * u[i] + h * normal[i] / length;
 }
 
+void ring_truth_tangent(const struct truth_focus *f, const exact p[3], exact out[3])
+{
+    exact u[3];
+    ring_truth_focus(f, u);
+    exact x = u[0] / f->ellipsoid.a, z = u[2] / f->ellipsoid.b, length = hypotl(x, z);
+    exact cosine = x / length, sine = z / length;
+    out[0] = cosine * p[0] + sine * p[2];
+    out[1] = p[1];
+    out[2] = cosine * p[2] - sine * p[0];
+}
+
 bool ring_truth_has_longitude(const struct ring_truth *t, int level)
 {
     return t->rho > 1e-6L * exp2l(-level);

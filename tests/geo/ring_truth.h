@@ -37,6 +37,9 @@ struct ring_truth ring_truth_stored(const struct truth_focus *f, const float nev
 
 // Terrain at height h over u, ECEF turned about z by -lon of the focus, m.
 void ring_truth_point(geo_ellipsoid e, const exact u[3], exact h, exact p[3]);
+// A vector of the meridian frame (ECEF turned about z) in the tangent frame of the focus: up along
+// its normal, east, north.
+void ring_truth_tangent(const struct truth_focus *f, const exact p[3], exact out[3]);
 // The focus itself as u.
 void ring_truth_focus(const struct truth_focus *f, exact u[3]);
 

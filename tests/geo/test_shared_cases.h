@@ -21,11 +21,11 @@ static const ring_params shared_case_rings = {SHARED_COLUMNS - 2, 40, SHARED_LEV
 // What a shared function is given, floats in the order of its arguments, and what the truth is made
 // from.
 struct shared_case {
-    float n, e, v;                       // ring vertex
-    float cb, sb, r, lat;                // focus
-    float stretch, dlat_db, w;           // paper's forms
-    float h, a, b, href_hi, href_lo;     // position; the camera hangs over the focus at href
-    float ox, oy, oz;                    // 0
+    float n, e, v;             // ring vertex
+    float cb, sb, r, lat;      // focus
+    float stretch, dlat_db, w; // paper's forms
+    float h;
+    struct place_frame_f place;          // the camera hangs over the focus at href
     int level, ring, column, hemisphere; // hemisphere: +1 or -1
     double colatitude;                   // reduced, of the focus
     double href;
@@ -58,7 +58,8 @@ static inline struct shared_case shared_case_at(int index)
     c.h = heights[index % 4];
     geo_ellipsoid e = c.ellipsoid;
     double lat = geo_geodetic_from_reduced(e, c.hemisphere * (M_PI / 2 - c.colatitude));
-    struct geo_focus f = geo_focus_make(e, lat, 0, (dvec3){0, 0, 0}, c.href);
+    dvec3 camera = geo_ecef_from_geodetic(e, (geodetic){lat, 0, c.href});
+    struct geo_focus f = geo_focus_make(e, lat, 0, camera, c.href);
     c.cb = (float)f.cb;
     c.sb = (float)f.sb;
     c.r = (float)f.r;
@@ -66,10 +67,7 @@ static inline struct shared_case shared_case_at(int index)
     c.stretch = (float)f.stretch;
     c.dlat_db = (float)f.dlat_db;
     c.w = (float)(index % 5) / 4;
-    c.a = (float)e.a;
-    c.b = (float)e.b;
-    c.href_hi = (float)c.href;
-    c.href_lo = (float)(c.href - (double)c.href_hi);
+    c.place = geo_place_frame_rounded(&f);
     return c;
 }
 

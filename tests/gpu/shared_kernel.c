@@ -12,8 +12,7 @@ struct shared_inputs shared_inputs_of(const struct shared_case *c)
 {
     struct shared_inputs in = {.n = c->n, .e = c->e, .v = c->v, .cb = c->cb, .sb = c->sb};
     in.r = c->r, in.lat = c->lat, in.stretch = c->stretch, in.dlat_db = c->dlat_db, in.w = c->w;
-    in.h = c->h, in.a = c->a, in.b = c->b, in.href_hi = c->href_hi, in.href_lo = c->href_lo;
-    in.ox = c->ox, in.oy = c->oy, in.oz = c->oz;
+    in.h = c->h, in.place = c->place;
     return in;
 }
 

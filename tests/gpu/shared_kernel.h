@@ -9,13 +9,13 @@
 // As the shader counts them: floats only, in this order.
 struct shared_inputs {
     float n, e, v, cb, sb, r, lat, stretch, dlat_db, w;
-    float h, a, b, href_hi, href_lo, ox, oy, oz;
-    float tan_y, tan_x;
+    float h, tan_y, tan_x;
+    struct place_frame_f place;
 };
 
 struct shared_outputs {
     float stable[2], exact[2], approx[2], blend[2]; // longitude, latitude from the focus, rad
-    float position[3];                              // m
+    float position[3];                              // up, east, north, m
     float atan;                                     // of tan_y / tan_x
 };
 

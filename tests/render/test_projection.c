@@ -24,7 +24,8 @@ static void test_unproject_meets_the_clip_matrix(void **state)
         double x = check_random_range(&r, 0, 640), y = check_random_range(&r, 0, 480),
                z = pow(10, check_random_range(&r, 0, 7));
         dvec3 m = projection_unproject(&p, x, y, z);
-        const float *f = b.clip_from_meridian;
+        m = dmat3_mul(p.focus.tangent_from_meridian, m);
+        const float *f = b.clip_from_tangent;
         double clip[4];
         for (int k = 0; k < 4; k++)
             clip[k] = f[k] * m.x + f[4 + k] * m.y + f[8 + k] * m.z + f[12 + k];

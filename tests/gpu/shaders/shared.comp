@@ -31,10 +31,13 @@ void main()
     map_transform_blend(n, e, v, cb, sb, r, lat, stretch, dlat_db, w, dlon, dlat);
     outputs[o + 6u] = dlon;
     outputs[o + 7u] = dlat;
-    relative_position(n, e, v, inputs[i + 10u], cb, sb, inputs[i + 11u], inputs[i + 12u], inputs[i + 13u],
-                      inputs[i + 14u], inputs[i + 15u], inputs[i + 16u], inputs[i + 17u], x, y, z);
+    uint p = i + 13u;
+    place_frame f = place_frame(inputs[p], inputs[p + 1u], inputs[p + 2u], inputs[p + 3u], inputs[p + 4u], inputs[p + 5u],
+                                inputs[p + 6u], inputs[p + 7u], inputs[p + 8u], inputs[p + 9u], inputs[p + 10u],
+                                inputs[p + 11u], inputs[p + 12u], inputs[p + 13u], inputs[p + 14u], inputs[p + 15u]);
+    relative_position(f, n, e, v, inputs[i + 10u], x, y, z);
     outputs[o + 8u] = x;
     outputs[o + 9u] = y;
     outputs[o + 10u] = z;
-    outputs[o + 11u] = atan_ratio(inputs[i + 18u], inputs[i + 19u]);
+    outputs[o + 11u] = atan_ratio(inputs[i + 11u], inputs[i + 12u]);
 }
