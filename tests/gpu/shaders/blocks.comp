@@ -7,5 +7,5 @@ layout(std430, binding = 0) writeonly buffer Result { vec4 result; };
 
 void main()
 {
-    result = view.clip_from_meridian[0] + levels.height_map[0];
+    result = view.clip_from_tangent[0] + levels.height_map[0];
 }
