@@ -18,6 +18,7 @@ static status import_rasters(const struct options *o)
         .attribution = o->attribution,
         .ellipsoid = o->ellipsoid,
         .threads = o->view_params.threads,
+        .feather_rows = o->feather_rows,
         .resume = o->resume,
         .force = o->force,
         .progress = progress_import,

@@ -21,11 +21,19 @@
 // clang-format off
 const struct option_spec option_table[] = {
     {"height", 0, M, GROUP_IMPORT, OPTIONAL(option_height_layer, "RASTER..."),
-     "the rasters that follow are heights, in metres; later ones lie on top"},
+     "the rasters that follow are heights, in metres; on top lies the finest, of equals the last given. "
+     "A name may be a pattern in quotes, such as 'dem/*.tif'"},
     {"color", 0, M, GROUP_IMPORT, OPTIONAL(option_color_layer, "RASTER..."),
      "the rasters that follow are colour (RGB or RGBA)"},
     {"night", 0, M, GROUP_IMPORT, OPTIONAL(option_night_layer, "RASTER..."),
      "the rasters that follow are lights seen at night"},
+    {"vertical", 0, M, GROUP_IMPORT, VALUE(option_vertical, "DATUM"),
+     "heights of the rasters that follow stand above this: ellipsoid, egm96, egm2008 (mean sea level), EPSG:n, or "
+     "declared: what each says (default; the ellipsoid if it says nothing)"},
+    {"priority", 0, M, GROUP_IMPORT, INTEGER(source_priority, -1000, 1000, "N"),
+     "the rasters that follow lie on top of all of a lower priority, -1000..1000 (default 0)"},
+    {"feather", 0, M, GROUP_IMPORT, INTEGER(feather_rows, 0, 255, "N"),
+     "blend seams over N samples of the finer raster, 0..255 (default 8; 0: hard edges)"},
     {"body", 0, M, GROUP_IMPORT, VALUE(option_body, "BODY"),
      "earth (WGS84, default), moon, mars, or a JSON file with \"equatorialRadius\" and \"polarRadius\" in metres"},
     {"bounds", 0, M, GROUP_IMPORT, VALUE(option_bounds, "W,S,E,N"),

@@ -227,12 +227,28 @@ status option_night_layer(struct options *o, const char *name, const char *value
     return set_layer(o, LAYER_NIGHT, value);
 }
 
+status option_vertical(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"ellipsoid", "egm96", "egm2008", "declared"};
+    long long code = 0;
+    int found = find_name(value, names, 4);
+    bool is_code = strncmp(value, "EPSG:", 5) == 0 && number_parse_integer(value + 5, &code) &&
+                   code >= 1 && code <= 999999;
+    if (found < 0 && !is_code)
+        return refuse(name, value, "declared, ellipsoid, egm96, egm2008 or EPSG:n");
+    o->source_vertical = found == 3 ? NULL : value;
+    return OK;
+}
+
 status option_add_source(struct options *o, const char *path)
 {
     if (o->source_layer == LAYER_COUNT) {
         log_error("%s: --height, --color or --night must come before it and say what it is", path);
         return ERR_ARGUMENT;
     }
-    o->sources[o->source_count++] = (import_source){o->source_layer, path};
+    o->sources[o->source_count++] = (import_source){.layer = o->source_layer,
+                                                    .path = path,
+                                                    .vertical = o->source_vertical,
+                                                    .priority = o->source_priority};
     return OK;
 }

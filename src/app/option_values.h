@@ -24,6 +24,7 @@ status option_color_layer(struct options *o, const char *name, const char *value
 status option_night_layer(struct options *o, const char *name, const char *value);
 
 // Adds a raster of the layer said last; ERR_ARGUMENT when none was said.
+status option_vertical(struct options *o, const char *name, const char *value);
 status option_add_source(struct options *o, const char *path);
 
 #endif

@@ -229,6 +229,7 @@ status options_parse(enum command command, int argc, char **argv, struct options
         .sheet_columns = 5,
         .sheet_rows = 4,
         .source_layer = LAYER_COUNT,
+        .feather_rows = 8,
         .sources = NEW_ARRAY(import_source, (size_t)argc + 1),
     };
     status s = parse_all(out, argc, argv);

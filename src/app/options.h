@@ -59,6 +59,9 @@ struct options {
     import_source *sources; // owned
     int source_count;
     enum tile_layer source_layer; // of the rasters that follow; LAYER_COUNT: not said yet
+    const char *source_vertical;  // of the rasters that follow; NULL: as they declare
+    int source_priority;          // of the rasters that follow
+    int feather_rows;
     const char *name, *attribution;
     const char
         *body_name; // of --body, NULL when not given; `body_text` holds a name read from a file

@@ -14,13 +14,15 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/pool.h"
+#include "planet/import_blend.h"
 #include "planet/import_inputs.h"
+#include "planet/import_sources.h"
 #include "planet/import_tile.h"
 #include "planet/synthesis.h"
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
-enum { IMPORT_VERSION = 1, CACHE_BYTES = 192 << 20 };
+enum { IMPORT_VERSION = 2, CACHE_BYTES = 192 << 20 };
 #define COMMIT_SECONDS   1.0
 #define PROGRESS_SECONDS 0.2
 
@@ -177,6 +179,7 @@ static status make_layer(struct import *im, enum tile_layer layer)
                                                           .workers = pool_threads(im->pool),
                                                           .ellipsoid = im->ellipsoid,
                                                           .bounds = im->bounds,
+                                                          .feather = im->params->feather_rows,
                                                           .cache = cache});
         im->stage = stages[layer];
         im->done = 0;
@@ -227,16 +230,18 @@ static char *make_fingerprint(const struct import *im, const char *made_from)
     char *text = NULL;
     size_t size = 0;
     FILE *f = open_memstream(&text, &size);
-    fprintf(f, "import %d, ellipsoid %.17g %.17g, bounds %.17g %.17g %.17g %.17g\n", IMPORT_VERSION,
-            im->ellipsoid.a, im->ellipsoid.b, im->bounds.west, im->bounds.south, im->bounds.east,
-            im->bounds.north);
+    fprintf(f, "import %d, ellipsoid %.17g %.17g, bounds %.17g %.17g %.17g %.17g, feather %d\n",
+            IMPORT_VERSION, im->ellipsoid.a, im->ellipsoid.b, im->bounds.west, im->bounds.south,
+            im->bounds.east, im->bounds.north, im->params->feather_rows);
     for (int i = 0; i < im->count; i++) {
         const import_input *in = &im->inputs[i];
         VSIStatBufL st = {0};
         if (!in->memory && VSIStatL(in->source.path, &st))
             st.st_size = 0; // not a file: a name that GDAL knows
-        fprintf(f, "%s %s, %lld bytes of %lld\n", tile_layer_name(in->source.layer),
-                in->source.path, (long long)st.st_size, (long long)st.st_mtime);
+        fprintf(f, "%s %s, %lld bytes of %lld, priority %d, vertical %s\n",
+                tile_layer_name(in->source.layer), in->source.path, (long long)st.st_size,
+                (long long)st.st_mtime, in->source.priority,
+                in->source.vertical ? in->source.vertical : "declared");
     }
     if (made_from) fprintf(f, "%s\n", made_from);
     fclose(f);
@@ -345,6 +350,10 @@ status import_inputs(const import_params *p, const import_input *inputs, int cou
         log_error("%s: no raster to import", p->output);
         return ERR_ARGUMENT;
     }
+    if (p->feather_rows < 0 || p->feather_rows > BLEND_MAX_ROWS) {
+        log_error("a feather of %d rows is not in 0..%d", p->feather_rows, BLEND_MAX_ROWS);
+        return ERR_ARGUMENT;
+    }
     status s = import_check_output(p->output, p->force);
     if (!s) s = read_bounds(p->bounds_deg, &im.bounds);
     if (s) return s;
@@ -365,10 +374,9 @@ status import_inputs(const import_params *p, const import_input *inputs, int cou
 
 status import_run(const import_params *params)
 {
-    import_input *inputs = NEW_ARRAY(import_input, (size_t)params->source_count + 1);
-    for (int i = 0; i < params->source_count; i++)
-        inputs[i] = (import_input){.source = params->sources[i]};
-    status s = import_inputs(params, inputs, params->source_count, NULL);
-    free(inputs);
+    import_list list;
+    status s = import_list_init(params->sources, params->source_count, &list);
+    if (!s) s = import_inputs(params, list.inputs, list.count, NULL);
+    import_list_deinit(&list);
     return s;
 }

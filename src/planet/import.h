@@ -4,12 +4,13 @@
 // Finest zoom of a source: the coarsest whose step of latitude is at most 1.1 of the source's own
 // sample distance in that direction, so that no detail is lost; for a source that is not in
 // longitude and latitude the median over the raster of the square root of a sample's area on the
-// ground stands for it. (2' on 1.32' of zoom 5, 8' on 5.27' of zoom 3.) Heights are taken as metres
-// above the planet's ellipsoid, whatever vertical datum the source has; band units of feet,
-// kilometres and the like are converted. Colour is bands 1 to 3 (RGB, a palette or one grey; 8 or
-// 16 bits), night one band or the luminance of three. No data: the band's no-data value, mask or
-// alpha, NaN and infinity. Two imports of the same sources and settings give the same tiles,
-// whatever the threads and interruptions.
+// ground stands for it. (2' on 1.32' of zoom 5, 8' on 5.27' of zoom 3.) Heights are metres above
+// the planet's ellipsoid; those above a vertical datum that the source declares, or that its
+// `vertical` says, are brought there (import_vertical.h); band units of feet, kilometres and the
+// like are converted. Colour is bands 1 to 3 (RGB, a palette or one grey; 8 or 16 bits), night one
+// band or the luminance of three. No data: the band's no-data value, mask or alpha, NaN and
+// infinity. Two imports of the same sources and settings give the same tiles, whatever the threads
+// and interruptions.
 #ifndef PERIGEE_PLANET_IMPORT_H
 #define PERIGEE_PLANET_IMPORT_H
 
@@ -17,16 +18,23 @@
 
 typedef struct import_source {
     enum tile_layer layer;
-    const char *path; // anything GDALOpen takes
+    // Anything GDAL opens; or, when no file has that name, a pattern of file names as in glob(7),
+    // whose matches are taken in the order of their names.
+    const char *path;
+    const char *vertical; // what heights stand above, as in import_vertical.h; NULL: as declared
+    int priority;         // sources of a higher one lie on top of all of a lower one
 } import_source;
 
 typedef struct import_params {
-    const import_source *sources; // later ones lie on top
+    // On top lies the highest priority, then the finest zoom, then the last given.
+    const import_source *sources;
     int source_count;
     const char *output;
     const char *name;        // NULL: from the output's file name
     const char *attribution; // NULL: none
     geo_ellipsoid ellipsoid; // zero: WGS84
+    int feather_rows;        // width over which seams are blended, in rows of the finer source, up
+                             // to 255; 0: none
     double bounds_deg[4];    // west, south, east, north; all zero: everything the sources cover
     int threads;             // 0: one for each processor
     bool resume; // go on with the committed tiles of an interrupted import of the same sources

@@ -97,7 +97,7 @@ static status load(struct import_cache *c, cached_tile *t)
 {
     codec_blob body = {0};
     pthread_mutex_lock(c->writer_lock);
-    status s = planet_writer_get(c->writer, t->id, &body);
+    status s = planet_writer_get(c->writer, t->id, &body, &t->min, &t->max);
     pthread_mutex_unlock(c->writer_lock);
     if (s) return s == ERR_NOT_FOUND ? OK : s;
     int channels = t->id.layer == LAYER_COLOR ? 3 : 1;

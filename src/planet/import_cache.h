@@ -16,6 +16,7 @@ typedef struct cached_tile {
     tile_id id;
     float *planes;
     bool has_nan;
+    float min, max; // of the heights of the tile and of its descendants
 } cached_tile;
 
 // `writer` is used under `writer_lock`. `bytes`: bound of what is kept beyond the tiles that are

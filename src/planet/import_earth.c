@@ -152,12 +152,12 @@ static status import_layers(struct earth *e)
     snprintf(made_from, sizeof made_from, "relief of the atlas, %016llx",
              (unsigned long long)e->hash);
     import_input inputs[] = {
-        {.source = {LAYER_HEIGHT, "relief"},
+        {.source = {.layer = LAYER_HEIGHT, .path = "relief"},
          .memory = e->heights,
          .width = ATLAS_WIDTH,
          .height = ATLAS_HEIGHT},
-        {.source = {LAYER_COLOR, color}, .global = true},
-        {.source = {LAYER_NIGHT, night}, .global = true},
+        {.source = {.layer = LAYER_COLOR, .path = color}, .global = true},
+        {.source = {.layer = LAYER_NIGHT, .path = night}, .global = true},
     };
     const import_earth_params *p = e->params;
     import_params params = {.output = p->output,

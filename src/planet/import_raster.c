@@ -17,6 +17,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "planet/import_light.h"
+#include "planet/import_vertical.h"
 #include "planet/import_warp.h"
 
 enum { MAX_BANDS = 3, MAX_CHAIN = 3 };
@@ -35,8 +36,9 @@ struct raster {
     GDALRasterBandH mask; // NULL: none
     bool has_nodata[MAX_BANDS];
     double nodata[MAX_BANDS];
-    double scale, offset; // metres = sample * scale + offset; pixels: to codes of 0 to 255
-    float height_most;    // heights further from the ellipsoid are no data
+    double scale, offset;      // metres = sample * scale + offset; pixels: to codes of 0 to 255
+    struct vertical *vertical; // NULL: heights are above the ellipsoid
+    float height_most;         // heights further from the ellipsoid are no data
     bool south_up;
     char error[512]; // of the last read that failed
 };
@@ -200,10 +202,6 @@ static status place_grid(struct raster *r)
     raster_grid *grid = &r->grid;
     const double rad = M_PI / 180;
     r->south_up = g[5] > 0;
-    if (g[1] < 0) {
-        log_error("%s: its columns run from east to west", r->path);
-        return ERR_ARGUMENT;
-    }
     grid->dlon = g[1] * rad;
     grid->dlat = fabs(g[5]) * rad;
     grid->west = geo_wrap_lon(g[0] * rad);
@@ -232,8 +230,9 @@ static void finish_grid(raster_grid *g)
     g->zoom = raster_zoom_of_step(g->dlat);
 }
 
-static status open_file(struct raster *r, bool global, geo_ellipsoid ellipsoid)
+static status open_file(struct raster *r, const import_input *input, geo_ellipsoid ellipsoid)
 {
+    bool global = input->global;
     static pthread_once_t once = PTHREAD_ONCE_INIT;
     pthread_once(&once, register_drivers);
     GDALDatasetH file = GDALOpenEx(
@@ -247,6 +246,8 @@ static status open_file(struct raster *r, bool global, geo_ellipsoid ellipsoid)
     if (!s && !global) s = check_georeference(file, r->path);
     if (!s) s = choose_bands(r);
     if (!s) read_scaling(r);
+    if (!s && r->layer == LAYER_HEIGHT)
+        s = vertical_open(file, r->path, input->source.vertical, ellipsoid, &r->vertical);
     if (!s) s = expand_palette(r);
     if (!s && !global && !warp_is_geographic(last(r), ellipsoid)) {
         void *warped;
@@ -275,7 +276,7 @@ status raster_open(const import_input *input, geo_ellipsoid ellipsoid, struct ra
         r->grid.height = input->height;
     } else {
         CPLPushErrorHandler(CPLQuietErrorHandler);
-        s = open_file(r, input->global, ellipsoid);
+        s = open_file(r, input, ellipsoid);
         CPLPopErrorHandler();
     }
     if (!s && (input->memory || input->global)) {
@@ -294,6 +295,7 @@ void raster_close(struct raster **raster)
 {
     struct raster *r = *raster;
     if (!r) return;
+    vertical_close(&r->vertical);
     while (r->chain_length) GDALClose(r->chain[--r->chain_length]);
     free(r);
     *raster = NULL;
@@ -386,6 +388,17 @@ static status read_file(struct raster *r, int col, int row, int cols, int rows, 
 const char *raster_error(const struct raster *r)
 {
     return r->error;
+}
+
+status raster_to_ellipsoid(struct raster *r, tile_id id, float *heights)
+{
+    if (!r->vertical) return OK;
+    status s = vertical_to_ellipsoid(r->vertical, id, heights);
+    if (s)
+        snprintf(r->error, sizeof r->error,
+                 "%s: PROJ gives no height of its vertical datum at tile %d/%d/%d", r->path,
+                 id.zoom, id.row, id.col);
+    return s;
 }
 
 status raster_read(struct raster *r, int col, int row, int cols, int rows, float *planes)

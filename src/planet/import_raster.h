@@ -35,7 +35,7 @@ typedef struct raster_grid {
 struct raster;
 
 // Logs and returns ERR_NOT_FOUND, ERR_FORMAT (not a raster, or one without samples) or ERR_ARGUMENT
-// (no georeference).
+// (no georeference); of a vertical datum also ERR_UNSUPPORTED.
 status raster_open(const import_input *input, geo_ellipsoid ellipsoid, struct raster **out);
 void raster_close(struct raster **raster);
 
@@ -46,6 +46,10 @@ const raster_grid *raster_get_grid(const struct raster *raster);
 // raster_error tells it.
 status raster_read(struct raster *raster, int col, int row, int cols, int rows, float *planes);
 const char *raster_error(const struct raster *raster);
+
+// Heights of the raster at a tile's samples (256 x 256) to heights above the ellipsoid. Errors as
+// raster_read.
+status raster_to_ellipsoid(struct raster *raster, tile_id id, float *heights);
 
 // The coarsest zoom whose latitude step is at most 1.1 `step` (rad), at most GRID_MAX_ZOOM.
 int raster_zoom_of_step(double step);

@@ -1,6 +1,10 @@
 // One tile of an import: the pyramid of what is finer, the sources of its own zoom, encoded.
 // The workshop is shared; each worker index uses its own raster handles and room.
 //
+// Sources are ordered by priority, then zoom, then as given; those of one priority and zoom are one
+// mosaic. A mosaic's edges are blended into what lies below over the feather's width
+// (import_blend.h), an input's into the other inputs of its mosaic where they overlap.
+//
 // Heights: a tile holds the filtered children where they are, elsewhere the sources of exactly this
 // zoom; coarser sources come in at their own zoom, so what they alone cover is NaN here, and a
 // coarser source that lies on top leaves NaN where it has data. Where children cover a sample in
@@ -21,14 +25,15 @@ typedef struct workshop_params {
     int count, workers;
     geo_ellipsoid ellipsoid;
     plan_bounds bounds;
+    int feather; // width of blended seams, in rows of the upper mosaic; 0: none
     struct import_cache *cache;
 } workshop_params;
 
 struct workshop *workshop_create(const workshop_params *params);
 void workshop_destroy(struct workshop **workshop);
 
-// body is empty (size 0) when no source has data in the tile. min, max: of the heights, 0 for
-// pixels.
+// body is empty (size 0) when no source has data in the tile. min, max: of the heights of the tile
+// and of all its descendants, 0 for pixels.
 status workshop_make(struct workshop *workshop, int worker, tile_id id, codec_blob *body,
                      float *min, float *max);
 

@@ -47,12 +47,23 @@ static OGRSpatialReferenceH planet_srs(OGRSpatialReferenceH source, geo_ellipsoi
     return srs;
 }
 
+// Do the raster's x run along longitude and its y along latitude?
+static bool is_longitude_first(OGRSpatialReferenceH srs)
+{
+    int count = 0;
+    const int *axes = OSRGetDataAxisToSRSAxisMapping(srs, &count);
+    if (!axes || count < 2 || axes[0] < 1) return false;
+    OGRAxisOrientation first = OAO_Other;
+    const char *name = OSRGetAxis(srs, NULL, axes[0] - 1, &first);
+    return !name || first == OAO_East || first == OAO_Other;
+}
+
 bool warp_is_geographic(void *dataset, geo_ellipsoid ellipsoid)
 {
     double g[6];
     OGRSpatialReferenceH own = source_srs(dataset);
     if (GDALGetGeoTransform(dataset, g) != CE_None || g[2] != 0 || g[4] != 0) return false;
-    if (!own || !OSRIsGeographic(own)) return false;
+    if (!own || !OSRIsGeographic(own) || g[1] < 0 || !is_longitude_first(own)) return false;
     OGRSpatialReferenceH source = OSRClone(own), target = planet_srs(own, ellipsoid);
     OSRSetAxisMappingStrategy(source, OAMS_TRADITIONAL_GIS_ORDER);
     bool same = OSRIsSame(source, target);
@@ -212,6 +223,7 @@ static char **warp_arguments(const struct place *place, const char *wkt)
     list = CSLAddString(list, "nan");
     list = CSLAddString(list, "-r");
     list = CSLAddString(list, "cubic");
+    list = CSLAddString(list, "-novshift"); // vertical datums are import_vertical's
     list = CSLAddString(list, "-t_srs");
     list = CSLAddString(list, wkt);
     list = CSLAddString(list, "-te");

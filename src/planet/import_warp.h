@@ -7,8 +7,9 @@
 
 #include "planet/planet_file.h"
 
-// Is the dataset a north-up or south-up grid of degrees that lies within a tenth of a sample of the
-// planet's longitude and latitude? (GDALDatasetH with a geotransform and a reference system.)
+// Is the dataset a north-up or south-up grid of degrees, columns from west to east, that lies
+// within a tenth of a sample of the planet's longitude and latitude? (GDALDatasetH with a
+// geotransform and a reference system.)
 bool warp_is_geographic(void *dataset, geo_ellipsoid ellipsoid);
 
 // A virtual dataset (GDALDatasetH, to be closed before `dataset`) of float bands on longitude and

@@ -43,8 +43,8 @@ const char *planet_file_path(const struct planet_file *file);
 status planet_file_read_height(struct planet_file *file, tile_id id, float *heights);
 status planet_file_read_pixels(struct planet_file *file, tile_id id, unsigned char *pixels);
 
-// Smallest and greatest height stored in a tile (and so in its descendants' stored data).
-// ERR_NOT_FOUND as above.
+// Smallest and greatest height stored in a tile and in the tiles below it, as far as every tile
+// between is stored (an import of version 1: in the tile alone). ERR_NOT_FOUND as above.
 status planet_file_read_range(struct planet_file *file, tile_id id, float *min, float *max);
 
 // Calls `each` for every stored tile of a layer, coarse to fine, rows from the north, columns from

@@ -31,7 +31,7 @@ static const char *const statements[STATEMENT_COUNT] = {
     [ADD_BODY] = "INSERT INTO body(hash, data) VALUES(?1, ?2)",
     [ADD_TILE] = "INSERT OR REPLACE INTO tile(layer, zoom, row, col, body, min, max)"
                  " VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-    [GET] = "SELECT data FROM tile JOIN body ON body.id = tile.body"
+    [GET] = "SELECT data, hash, min, max FROM tile JOIN body ON body.id = tile.body"
             " WHERE layer = ?1 AND zoom = ?2 AND row = ?3 AND col = ?4",
 };
 
@@ -190,9 +190,11 @@ status planet_writer_put(struct planet_writer *w, tile_id id, const codec_blob *
     return s;
 }
 
-status planet_writer_get(struct planet_writer *w, tile_id id, codec_blob *body)
+status planet_writer_get(struct planet_writer *w, tile_id id, codec_blob *body, float *min,
+                         float *max)
 {
     *body = (codec_blob){0};
+    *min = *max = 0;
     sqlite3_stmt *get = w->stmt[GET];
     store_bind_tile(get, id);
     int code = sqlite3_step(get);
@@ -204,6 +206,13 @@ status planet_writer_get(struct planet_writer *w, tile_id id, codec_blob *body)
         if (!body->data) s = ERR_MEMORY;
         else if (size) memcpy(body->data, data, size);
         if (!s) body->size = size;
+        if (!s && store_hash(body->data, size) != sqlite3_column_int64(get, 1)) {
+            log_error("%s: tile %s/%d/%d/%d: corrupt: its body is not what was written", w->path,
+                      tile_layer_name(id.layer), id.zoom, id.row, id.col);
+            s = ERR_FORMAT;
+        }
+        *min = (float)sqlite3_column_double(get, 2);
+        *max = (float)sqlite3_column_double(get, 3);
     } else {
         s = code == SQLITE_DONE ? ERR_NOT_FOUND : store_error(w->db, w->path);
     }

@@ -19,14 +19,15 @@ void planet_writer_close(struct planet_writer **writer);
 // Is the tile committed or pending in this writer?
 bool planet_writer_has(struct planet_writer *writer, tile_id id);
 
-// Stores a body (copied; identical bodies share one row). min, max: heights of the tile (NaN
-// ignored), 0 for pixels.
+// Stores a body (copied; identical bodies share one row). min, max: heights of the tile and of its
+// descendants (NaN ignored), 0 for pixels.
 status planet_writer_put(struct planet_writer *writer, tile_id id, const codec_blob *body,
                          float min, float max);
 
-// Reads back a stored body (committed or pending); ERR_NOT_FOUND silently. Free with
-// codec_blob_deinit.
-status planet_writer_get(struct planet_writer *writer, tile_id id, codec_blob *body);
+// Reads back a stored body and its range (committed or pending); ERR_NOT_FOUND silently,
+// ERR_FORMAT, logged, when it is not what was put. Free with codec_blob_deinit.
+status planet_writer_get(struct planet_writer *writer, tile_id id, codec_blob *body, float *min,
+                         float *max);
 
 // Finest zoom with a tile of the layer, committed or pending; -1 when there is none.
 int planet_writer_max_zoom(struct planet_writer *writer, enum tile_layer layer);

@@ -18,7 +18,8 @@ struct measure {
 static status read_heights(struct planet_writer *writer, tile_id id, float *heights)
 {
     codec_blob body;
-    status s = planet_writer_get(writer, id, &body);
+    float min, max;
+    status s = planet_writer_get(writer, id, &body, &min, &max);
     if (s) return s;
     s = codec_height_decode(body.data, body.size, heights);
     codec_blob_deinit(&body);

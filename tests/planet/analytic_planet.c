@@ -86,7 +86,7 @@ status analytic_planet_make_rotated(const char *path, int zoom, const dmat3 *rot
     char *raster;
     if (asprintf(&raster, "%s.tif", path) < 0) abort();
     status s = write_raster(raster, zoom, rotation);
-    import_source source = {LAYER_HEIGHT, raster};
+    import_source source = {.layer = LAYER_HEIGHT, .path = raster};
     import_params params = {.sources = &source,
                             .source_count = 1,
                             .output = path,

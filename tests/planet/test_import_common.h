@@ -122,7 +122,7 @@ static inline status import_files(const char *output, int count, const enum tile
     logged[0] = 0;
     for (int i = 0; i < count; i++) {
         snprintf(paths[i], sizeof paths[i], "%s", in_dir(names[i]));
-        sources[i] = (import_source){layers[i], paths[i]};
+        sources[i] = (import_source){.layer = layers[i], .path = paths[i]};
     }
     snprintf(out, sizeof out, "%s", in_dir(output));
     import_params p = {

@@ -48,7 +48,7 @@ static raster_spec inset_at(const char *name, double west, double north, double 
 static const enum tile_layer two_heights[] = {LAYER_HEIGHT, LAYER_HEIGHT};
 
 // A finer inset over a base: its own zooms hold it alone, coarser ones hold both; the later of two
-// equals wins; a later coarse source hides a finer one.
+// equals wins. (More: test_import_blend.c.)
 static void test_overlay(void **state)
 {
     (void)state;
@@ -65,12 +65,6 @@ static void test_overlay(void **state)
     check_near(height_near(f, 1, 47.5, 30), 500, 1e-3);
     assert_true(isnan(height_near(f, top, 47.5, 9.5)));
     assert_true(isnan(height_near(f, top, -30, 100)));
-    planet_file_close(&f);
-    assert_int_equal(
-        import_files("o.planet", 2, two_heights, (const char *[]){"fine.tif", "globe.tif"}), OK);
-    f = open_planet("o.planet");
-    for (int zoom = 0; zoom <= 1; zoom++) check_near(height_near(f, zoom, 47.5, 12.5), 500, 1e-3);
-    assert_true(isnan(height_near(f, top, 47.5, 12.5)));
     planet_file_close(&f);
     raster_spec beside = inset_at("beside.tif", 12, 50, 0.05, level_500);
     write_raster(&beside);
@@ -90,7 +84,7 @@ static void test_bounds(void **state)
 {
     (void)state;
     write_raster(&globe);
-    import_source source = {LAYER_HEIGHT, in_dir("globe.tif")};
+    import_source source = {.layer = LAYER_HEIGHT, .path = in_dir("globe.tif")};
     char out[512];
     snprintf(out, sizeof out, "%s", in_dir("b.planet"));
     import_params p = {.sources = &source,
@@ -163,7 +157,7 @@ static void test_output(void **state)
 {
     (void)state;
     write_raster(&globe);
-    import_source source = {LAYER_HEIGHT, in_dir("globe.tif")};
+    import_source source = {.layer = LAYER_HEIGHT, .path = in_dir("globe.tif")};
     import_params p = {.sources = &source, .source_count = 1, .output = "there/is/none/x.planet"};
     assert_int_equal(import_run(&p), ERR_IO);
     p.output = test_dir;
@@ -252,8 +246,8 @@ static void set_up_large(import_params *p, import_source sources[2], const char 
     static char paths[2][512];
     snprintf(paths[0], sizeof paths[0], "%s", in_dir("large.tif"));
     snprintf(paths[1], sizeof paths[1], "%s", in_dir("grey.tif"));
-    sources[0] = (import_source){LAYER_HEIGHT, paths[0]};
-    sources[1] = (import_source){LAYER_COLOR, paths[1]};
+    sources[0] = (import_source){.layer = LAYER_HEIGHT, .path = paths[0]};
+    sources[1] = (import_source){.layer = LAYER_COLOR, .path = paths[1]};
     *p = (import_params){
         .sources = sources, .source_count = 2, .output = out, .name = "Rough", .threads = 2};
 }

@@ -206,10 +206,12 @@ static void resume_goes_on_with_the_same_sources_only(void **state)
     assert_int_equal(planet_writer_open(f->path, "one", true, &w), OK);
     assert_true(planet_writer_has(w, a) && planet_writer_has(w, b));
     codec_blob body;
-    assert_int_equal(planet_writer_get(w, b, &body), OK);
+    float min, max;
+    assert_int_equal(planet_writer_get(w, b, &body, &min, &max), OK);
     assert_true(body.size > 0);
     codec_blob_deinit(&body);
-    assert_int_equal(planet_writer_get(w, (tile_id){LAYER_HEIGHT, 1, 0, 0}, &body), ERR_NOT_FOUND);
+    assert_int_equal(planet_writer_get(w, (tile_id){LAYER_HEIGHT, 1, 0, 0}, &body, &min, &max),
+                     ERR_NOT_FOUND);
     planet_writer_close(&w);
     // Without resume it begins anew.
     assert_int_equal(planet_writer_open(f->path, "two", false, &w), OK);

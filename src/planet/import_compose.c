@@ -1,0 +1,255 @@
+// The sources that meet in a tile, laid over each other. They are taken from the top down, until
+// nothing of what lies below shows through.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "planet/import_workshop.h"
+
+// A share of a sample smaller than this does not count.
+#define LEAST_SHARE 5e-4f
+
+struct rank {
+    int input, priority, zoom;
+};
+
+static int compare_ranks(const void *a, const void *b)
+{
+    const struct rank *x = a, *y = b;
+    if (x->priority != y->priority) return x->priority < y->priority ? -1 : 1;
+    if (x->zoom != y->zoom) return x->zoom < y->zoom ? -1 : 1;
+    return x->input - y->input;
+}
+
+void compose_plan(struct workshop *w)
+{
+    int count = w->params.count;
+    struct rank *ranks = NEW_ARRAY(struct rank, (size_t)count);
+    for (int i = 0; i < count; i++)
+        ranks[i] = (struct rank){i, w->params.inputs[i].source.priority, w->params.grids[i].zoom};
+    qsort(ranks, (size_t)count, sizeof *ranks, compare_ranks);
+    w->order = NEW_ARRAY(int, (size_t)count);
+    w->mosaics = NEW_ARRAY(struct mosaic, (size_t)count);
+    for (int i = 0; i < count; i++) {
+        bool begins = i == 0 || ranks[i].priority != ranks[i - 1].priority ||
+                      ranks[i].zoom != ranks[i - 1].zoom;
+        if (begins) w->mosaics[w->mosaic_count++] = (struct mosaic){i, 0, ranks[i].zoom};
+        w->mosaics[w->mosaic_count - 1].count++;
+        w->order[i] = ranks[i].input;
+    }
+    free(ranks);
+}
+
+// The worker's own handle of an input; the one used longest ago makes room.
+static status open_input(struct workshop *w, struct bench *b, int input, struct raster **out)
+{
+    struct opened *slot = &b->open[0];
+    for (int i = 0; i < MAX_OPEN; i++) {
+        struct opened *o = &b->open[i];
+        if (o->raster && o->input == input) {
+            o->used = ++b->clock;
+            *out = o->raster;
+            return OK;
+        }
+        if (!o->raster ? slot->raster != NULL : slot->raster && o->used < slot->used) slot = o;
+    }
+    raster_close(&slot->raster);
+    status s = raster_open(&w->params.inputs[input], w->params.ellipsoid, &slot->raster);
+    slot->input = input;
+    slot->used = ++b->clock;
+    *out = slot->raster;
+    return s;
+}
+
+static bool touches(const struct workshop *w, const struct mosaic *m, tile_id id)
+{
+    for (int i = 0; i < m->count; i++)
+        if (resample_touches(&w->params.grids[w->order[m->first + i]], id)) return true;
+    return false;
+}
+
+// One input's samples in b->source.
+static status read_input(struct workshop *w, struct bench *b, int input, tile_id id)
+{
+    struct raster *raster;
+    status s = open_input(w, b, input, &raster);
+    if (s) return s;
+    s = resample_tile(raster, id, &b->room, b->source);
+    if (s && !atomic_flag_test_and_set(&w->reported))
+        log_error("%s",
+                  s == ERR_MEMORY ? "out of memory for a part of a raster" : raster_error(raster));
+    return s;
+}
+
+// One input's samples in b->source, as heights above the ellipsoid and inside the bounds.
+static status read_source(struct workshop *w, struct bench *b, int input, tile_id id)
+{
+    status s = read_input(w, b, input, id);
+    if (s) return s;
+    struct raster *raster;
+    s = open_input(w, b, input, &raster);
+    if (!s && id.layer == LAYER_HEIGHT) {
+        s = raster_to_ellipsoid(raster, id, b->source);
+        if (s && !atomic_flag_test_and_set(&w->reported)) log_error("%s", raster_error(raster));
+    }
+    return s;
+}
+
+static void clip(const struct workshop *w, tile_id id, float *planes)
+{
+    if (plan_bounds_are_global(&w->params.bounds)) return;
+    double west, south, east, north;
+    grid_bounds(id, &west, &south, &east, &north);
+    double lon_step = grid_step_lon(id.zoom, id.row);
+    for (int y = 0; y < TILE_SIZE; y++)
+        for (int x = 0; x < TILE_SIZE; x++) {
+            double lat = grid_lat(id.zoom, (int64_t)id.row * TILE_SIZE + y);
+            if (plan_bounds_hold(&w->params.bounds, lat, west + (x + 0.5) * lon_step)) continue;
+            for (int c = 0; c < w->channels; c++) planes[(c * TILE_SIZE + y) * TILE_SIZE + x] = NAN;
+        }
+}
+
+static void stack_clear(struct stack *s)
+{
+    memset(s->sum, 0, sizeof s->sum);
+    memset(s->laid, 0, sizeof s->laid);
+    memset(s->own, 0, sizeof s->own);
+    for (int i = 0; i < SAMPLES; i++) s->left[i] = 1;
+}
+
+// Puts `planes`, where they have data, under what is there; weights NULL: they hide all below.
+static void stack_lay(struct stack *s, int channels, const float *planes, const float *weights,
+                      bool own)
+{
+    for (int i = 0; i < SAMPLES; i++) {
+        if (isnan(planes[i]) || !(s->left[i] > 0)) continue;
+        float take = weights ? weights[i] : 1, share = s->left[i] * take;
+        for (int c = 0; c < channels; c++)
+            s->sum[c * SAMPLES + i] += share * planes[c * SAMPLES + i];
+        s->laid[i] += share;
+        if (own) s->own[i] += share;
+        s->left[i] = take < 1 ? s->left[i] * (1 - take) : 0;
+    }
+}
+
+// The mean of what was laid, NaN where nothing was.
+static void stack_mean(const struct stack *s, int channels, float *planes)
+{
+    for (int i = 0; i < SAMPLES; i++) {
+        float laid = s->laid[i];
+        for (int c = 0; c < channels; c++) {
+            float sum = s->sum[c * SAMPLES + i];
+            planes[c * SAMPLES + i] = laid == 1 ? sum : laid > 0 ? sum / laid : NAN;
+        }
+    }
+}
+
+// Does anything laid so far let what lies below show through (`partly`: but not wholly)?
+static bool stack_shows(const struct stack *s, bool partly)
+{
+    for (int i = 0; i < SAMPLES; i++)
+        if (s->left[i] > 0 && (!partly || s->left[i] < 1)) return true;
+    return false;
+}
+
+static void add_mask(const float *plane, unsigned char *mask)
+{
+    for (int i = 0; i < SAMPLES; i++)
+        if (!isnan(plane[i])) mask[i / 8] |= (unsigned char)(1u << (i % 8));
+}
+
+// blend_read: the data of a whole mosaic (or of one input: the numbers after the mosaics') in a
+// tile of its own zoom.
+static status read_mask(void *user, int number, tile_id id, unsigned char *mask)
+{
+    struct bench *b = user;
+    struct workshop *w = b->workshop;
+    bool whole = number < w->mosaic_count;
+    const struct mosaic *m = whole ? &w->mosaics[number] : NULL;
+    for (int i = 0; i < (whole ? m->count : 1); i++) {
+        int input = whole ? w->order[m->first + i] : number - w->mosaic_count;
+        if (!resample_touches(&w->params.grids[input], id)) continue;
+        status s = read_input(w, b, input, id);
+        if (s) return s;
+        add_mask(b->source, mask);
+    }
+    return OK;
+}
+
+static status find_weights(struct workshop *w, struct bench *b, int number, int zoom, tile_id id)
+{
+    return blend_weights(w->blend, number, zoom, id, read_mask, b, &b->blend_room, b->weights);
+}
+
+// One mosaic in b->source. Within it the inputs lie over each other, blended where they overlap.
+static status read_mosaic(struct workshop *w, struct bench *b, const struct mosaic *m, tile_id id)
+{
+    int inputs[2] = {-1, -1}, count = 0;
+    for (int i = m->count - 1; i >= 0 && count < 2; i--)
+        if (resample_touches(&w->params.grids[w->order[m->first + i]], id))
+            inputs[count++] = w->order[m->first + i];
+    if (count == 1) return read_source(w, b, inputs[0], id);
+    stack_clear(&b->mosaic);
+    for (int i = m->count - 1; i >= 0 && stack_shows(&b->mosaic, false); i--) {
+        int input = w->order[m->first + i];
+        if (!resample_touches(&w->params.grids[input], id)) continue;
+        status s = OK;
+        if (w->blend) s = find_weights(w, b, w->mosaic_count + input, m->zoom, id);
+        if (!s) s = read_source(w, b, input, id);
+        if (s) return s;
+        stack_lay(&b->mosaic, w->channels, b->source, w->blend ? b->weights : NULL, true);
+    }
+    stack_mean(&b->mosaic, w->channels, b->source);
+    return OK;
+}
+
+// What shows in the tile: heights take part only where sources of the tile's own zoom do.
+static bool is_wanted(const struct workshop *w, const struct bench *b, int at, tile_id id)
+{
+    const struct mosaic *m = &w->mosaics[at];
+    if (m->zoom > id.zoom || !touches(w, m, id)) return false;
+    if (id.layer != LAYER_HEIGHT || m->zoom == id.zoom) return stack_shows(&b->all, false);
+    if (stack_shows(&b->all, true)) return true;
+    for (int i = 0; i < at; i++)
+        if (w->mosaics[i].zoom == id.zoom && touches(w, &w->mosaics[i], id)) return true;
+    return false;
+}
+
+static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id)
+{
+    const struct mosaic *m = &w->mosaics[at];
+    bool below = false;
+    for (int i = 0; i < at && w->blend && !below; i++)
+        below = w->mosaics[i].zoom <= id.zoom && touches(w, &w->mosaics[i], id);
+    status s = read_mosaic(w, b, m, id);
+    if (s) return s;
+    clip(w, id, b->source);
+    if (below) {
+        // Finding the weights may read other tiles' masks through b->source.
+        memcpy(b->tile, b->source, sizeof b->tile);
+        s = find_weights(w, b, at, m->zoom, id);
+        memcpy(b->source, b->tile, sizeof b->source);
+    }
+    if (!s)
+        stack_lay(&b->all, w->channels, b->source, below ? b->weights : NULL, m->zoom == id.zoom);
+    return s;
+}
+
+status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *any)
+{
+    *any = false;
+    stack_clear(&b->all);
+    for (int at = w->mosaic_count - 1; at >= 0; at--) {
+        if (!is_wanted(w, b, at, id)) continue;
+        status s = lay_mosaic(w, b, at, id);
+        if (s) return s;
+    }
+    stack_mean(&b->all, w->channels, b->tile);
+    for (int i = 0; i < SAMPLES; i++) {
+        if (b->all.own[i] > LEAST_SHARE) *any = true;
+        else if (id.layer == LAYER_HEIGHT) b->tile[i] = NAN;
+    }
+    return OK;
+}

@@ -1,0 +1,68 @@
+// What the files that make an import's tiles share. Private to import_tile.c and import_compose.c.
+#ifndef PERIGEE_PLANET_IMPORT_WORKSHOP_H
+#define PERIGEE_PLANET_IMPORT_WORKSHOP_H
+
+#include <stdatomic.h>
+
+#include "planet/import_blend.h"
+#include "planet/import_resample.h"
+#include "planet/import_tile.h"
+
+enum { SAMPLES = TILE_SIZE * TILE_SIZE, MAX_CHANNELS = 3, MAX_OPEN = 64 };
+
+struct opened {
+    struct raster *raster;
+    int input;
+    unsigned long used;
+};
+
+// Sources of one priority and zoom: together one mosaic, whose inner borders are no seams.
+struct mosaic {
+    int first, count; // of workshop.order
+    int zoom;
+};
+
+// A picture under construction from the top down: sum of weight times value, the sum of the
+// weights, of them those of sources of the tile's own zoom, and what is left for what lies below.
+struct stack {
+    float sum[MAX_CHANNELS * SAMPLES], laid[SAMPLES], own[SAMPLES], left[SAMPLES];
+};
+
+struct bench {
+    struct workshop *workshop;
+    struct opened open[MAX_OPEN];
+    unsigned long clock;
+    struct resample_room room;
+    struct blend_room blend_room;
+    const cached_tile **held;
+    int held_count, held_room;
+    tile_id parent;        // the tile being made
+    float lowest, highest; // of its children's ranges
+    status failed;
+    struct import_cache *cache;
+    struct stack all, mosaic;
+    // Planes of the tile, of one source, the coverage by children and the weights of the feather.
+    float tile[MAX_CHANNELS * SAMPLES], source[MAX_CHANNELS * SAMPLES], coverage[SAMPLES],
+        weights[SAMPLES];
+    unsigned char pixels[MAX_CHANNELS * SAMPLES];
+};
+
+struct workshop {
+    workshop_params params;
+    int channels;
+    int *order; // inputs from the bottom to the top
+    struct mosaic *mosaics;
+    int mosaic_count;
+    struct blend *blend; // NULL: seams are not blended
+    struct bench *benches;
+    atomic_flag reported; // a read that failed has been logged
+};
+
+// Sorts the inputs into mosaics.
+void compose_plan(struct workshop *w);
+
+// The sources of this zoom (and, for pixels, of coarser ones) in b->tile, NaN where there is none.
+// *any: a source of this zoom has data here.
+status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *any);
+
+#endif

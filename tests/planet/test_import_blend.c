@@ -1,0 +1,335 @@
+// Sources that overlap: which one shows, and how their seams are blended. The oracle of a seam is
+// the smoothstep of the distance to the data's edge, worked out here from longitudes and latitudes.
+#include "test_import_common.h"
+
+#include <float.h>
+
+enum { FEATHER = 10 };
+
+static double at_0(int band, double x, double y)
+{
+    (void)band;
+    (void)x;
+    (void)y;
+    return 0;
+}
+
+static double at_900(int band, double x, double y)
+{
+    return at_0(band, x, y) + 900;
+}
+
+static double at_500(int band, double x, double y)
+{
+    return at_0(band, x, y) + 500;
+}
+
+static double with_hole(int band, double x, double y)
+{
+    return x > 12 && x < 13 && y > 46 && y < 48 ? NAN : at_900(band, x, y);
+}
+
+static const raster_spec globe = {.name = "globe.tif",
+                                  .width = 720,
+                                  .height = 360,
+                                  .bands = 1,
+                                  .type = GDT_Float32,
+                                  .crs = "EPSG:4326",
+                                  .transform = {-180, 0.5, 0, 90, 0, -0.5},
+                                  .value = at_0};
+
+// 5 degrees a side.
+static raster_spec inset(const char *name, double west, double north,
+                         double (*value)(int, double, double))
+{
+    return (raster_spec){.name = name,
+                         .width = 100,
+                         .height = 100,
+                         .bands = 1,
+                         .type = GDT_Float32,
+                         .crs = "EPSG:4326",
+                         .transform = {west, 0.05, 0, north, 0, -0.05},
+                         .value = value};
+}
+
+struct piece {
+    const char *name;
+    int priority;
+};
+
+static struct planet_file *import_pieces(int count, const struct piece *pieces, int feather,
+                                         enum tile_layer layer)
+{
+    import_source sources[8];
+    char paths[8][512], out[512];
+    logged[0] = 0;
+    for (int i = 0; i < count; i++) {
+        snprintf(paths[i], sizeof paths[i], "%s", in_dir(pieces[i].name));
+        sources[i] =
+            (import_source){.layer = layer, .path = paths[i], .priority = pieces[i].priority};
+    }
+    snprintf(out, sizeof out, "%s", in_dir("o.planet"));
+    import_params p = {.sources = sources,
+                       .source_count = count,
+                       .output = out,
+                       .feather_rows = feather,
+                       .threads = 2,
+                       .force = true};
+    if (import_run(&p)) fail_msg("%s", logged);
+    return open_planet("o.planet");
+}
+
+static double smooth(double t)
+{
+    t = fmin(1, fmax(0, t));
+    return t * t * (3 - 2 * t);
+}
+
+// Along a parallel and a meridian through the inset 10..15 E, 45..50 N of 900 m over 0 m.
+static void test_ramp(void **state)
+{
+    (void)state;
+    raster_spec fine = inset("fine.tif", 10, 50, at_900);
+    write_raster(&globe);
+    write_raster(&fine);
+    struct planet_file *f = import_pieces(2, (struct piece[]){{"fine.tif", 0}, {"globe.tif", 0}},
+                                          FEATHER, LAYER_HEIGHT);
+    int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+    double step = grid_step_lat(zoom) / RAD, most = 0;
+    for (double d = step; d < 2.5; d += step / 3)
+        for (int way = 0; way < 2; way++) {
+            double lat = way ? 50 - d : 47.5, lon = way ? 12.5 : 10 + d, at, on;
+            int index;
+            tile_id id = tile_at(LAYER_HEIGHT, zoom, lat * RAD, lon * RAD, &index);
+            sample_place(id, index, &at, &on);
+            double rows = way ? (50 - at / RAD) / step : (on / RAD - 10) * cos(at) / step;
+            // The edge of the samples is within half a sample of the data's.
+            double slack = 900 * 1.5 * 0.6 / FEATHER;
+            double got = height_near(f, zoom, lat, lon);
+            most = fmax(most, fabs(got - 900 * smooth(rows / FEATHER)));
+            check_near(got, 900 * smooth(rows / FEATHER), slack);
+        }
+    print_message("greatest difference from the smoothstep %.2f of 900 m\n", most);
+    check_near(height_near(f, zoom, 47.5, 10 + step), 0, 90);
+    check_near(height_near(f, zoom, 47.5, 12.5), 900, 1e-3);
+    assert_true(isnan(height_near(f, zoom, 47.5, 9.9)));
+    planet_file_close(&f);
+}
+
+static double step_between(double most, float a, float b)
+{
+    return isnan(a) || isnan(b) ? most : fmax(most, fabs((double)a - (double)b));
+}
+
+// Between neighbours in a tile, and to the first column of the tile east and the first row of the
+// tile south of it.
+static double greatest_step(struct planet_file *f, tile_id id)
+{
+    enum { N = TILE_SIZE };
+    static float own[N * N], east[N * N], south[N * N];
+    if (planet_file_read_height(f, id, own)) return 0;
+    tile_id right = {id.layer, id.zoom, id.row, id.col + 1};
+    tile_id below = {id.layer, id.zoom, id.row + 1, id.col};
+    bool has_east = !planet_file_read_height(f, right, east);
+    bool has_south = grid_coalesce(id.zoom, id.row + 1) == grid_coalesce(id.zoom, id.row) &&
+                     !planet_file_read_height(f, below, south);
+    double most = 0;
+    for (int y = 0; y < N; y++)
+        for (int x = 0; x < N; x++) {
+            float v = own[y * N + x];
+            if (x + 1 < N) most = step_between(most, v, own[y * N + x + 1]);
+            else if (has_east) most = step_between(most, v, east[y * N]);
+            if (y + 1 < N) most = step_between(most, v, own[(y + 1) * N + x]);
+            else if (has_south) most = step_between(most, v, south[x]);
+        }
+    return most;
+}
+
+// Neighbouring samples, across tiles too, never differ by more than the widest feather allows.
+static void test_no_jump(void **state)
+{
+    (void)state;
+    raster_spec wide = inset("wide.tif", 20, 60, at_900);
+    wide.width = wide.height = 400; // 20 degrees: several tiles
+    write_raster(&wide);
+    write_raster(&globe);
+    const int rows = 60;
+    struct planet_file *f =
+        import_pieces(2, (struct piece[]){{"globe.tif", 0}, {"wide.tif", 0}}, rows, LAYER_HEIGHT);
+    int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+    double most = 0;
+    for (int row = 0; row < grid_rows(zoom); row++)
+        for (int col = 0; col < grid_cols(zoom, row); col++)
+            most = fmax(most, greatest_step(f, (tile_id){LAYER_HEIGHT, zoom, row, col}));
+    double bound = 900 * 1.5 / rows * 1.1;
+    print_message("greatest step between neighbours %.2f m, bound %.2f m\n", most, bound);
+    check_near(most, 0, bound);
+    assert_true(most > bound / 3);
+    planet_file_close(&f);
+}
+
+// Cells that stand side by side are one: no dip between them. A hole inside is an edge.
+static void test_mosaic(void **state)
+{
+    (void)state;
+    raster_spec west = inset("west.tif", 10, 50, with_hole),
+                east = inset("east.tif", 15, 50, at_900);
+    write_raster(&west);
+    write_raster(&east);
+    write_raster(&globe);
+    struct planet_file *f =
+        import_pieces(3, (struct piece[]){{"globe.tif", 0}, {"west.tif", 0}, {"east.tif", 0}},
+                      FEATHER, LAYER_HEIGHT);
+    int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+    for (double lon = 14; lon < 16; lon += 0.01)
+        check_near(height_near(f, zoom, 47.5, lon), 900, 1e-3);
+    assert_true(height_near(f, zoom, 47.5, 11.93) < 60);
+    assert_true(height_near(f, zoom, 47.5, 13.07) < 60);
+    assert_true(isnan(height_near(f, zoom, 47.5, 12.5)));
+    check_near(height_near(f, zoom, 45.8, 12.5), 900 * smooth((46 - 45.8) / 0.44), 150);
+    planet_file_close(&f);
+}
+
+// Two of one zoom: the later lies on top and is blended into the earlier over the feather.
+static void test_overlap(void **state)
+{
+    (void)state;
+    raster_spec left = inset("left.tif", 10, 50, at_900),
+                right = inset("right.tif", 13, 50, at_500);
+    write_raster(&left);
+    write_raster(&right);
+    struct planet_file *f = import_pieces(2, (struct piece[]){{"left.tif", 0}, {"right.tif", 0}},
+                                          FEATHER, LAYER_HEIGHT);
+    int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+    check_near(height_near(f, zoom, 47.5, 11), 900, 1e-3);
+    check_near(height_near(f, zoom, 47.5, 13.07), 900, 40);
+    check_near(height_near(f, zoom, 47.5, 14.9), 500, 1e-3);
+    double before = 900;
+    for (double lon = 13.05; lon < 14.5; lon += 0.02) {
+        double here = height_near(f, zoom, 47.5, lon);
+        assert_true(here <= before + 1e-3 && here >= 499.9);
+        before = here;
+    }
+    planet_file_close(&f);
+    f = import_pieces(2, (struct piece[]){{"left.tif", 1}, {"right.tif", 0}}, 0, LAYER_HEIGHT);
+    check_near(height_near(f, zoom, 47.5, 14.9), 900, 1e-3); // a higher priority lies on top
+    planet_file_close(&f);
+}
+
+// The finest wins whatever the order; a higher priority wins whatever the zoom.
+static void test_priority(void **state)
+{
+    (void)state;
+    raster_spec fine = inset("fine.tif", 10, 50, at_900);
+    write_raster(&globe);
+    write_raster(&fine);
+    for (int order = 0; order < 2; order++) {
+        const struct piece pieces[] = {{order ? "fine.tif" : "globe.tif", 0},
+                                       {order ? "globe.tif" : "fine.tif", 0}};
+        struct planet_file *f = import_pieces(2, pieces, 0, LAYER_HEIGHT);
+        int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+        for (int z = 2; z <= zoom; z++) check_near(height_near(f, z, 47.5, 12.5), 900, 1e-3);
+        planet_file_close(&f);
+    }
+    for (int order = 0; order < 2; order++) {
+        const struct piece pieces[] = {{order ? "fine.tif" : "globe.tif", !order},
+                                       {order ? "globe.tif" : "fine.tif", order}};
+        struct planet_file *f = import_pieces(2, pieces, 0, LAYER_HEIGHT);
+        for (int z = 0; z <= 1; z++) check_near(height_near(f, z, 47.5, 12.5), 0, 1e-3);
+        assert_true(isnan(height_near(f, 4, 47.5, 12.5)));
+        planet_file_close(&f);
+    }
+}
+
+static double black(int band, double x, double y)
+{
+    return at_0(band, x, y) + 20;
+}
+
+static double white(int band, double x, double y)
+{
+    return at_0(band, x, y) + 220;
+}
+
+static double light_of(double code)
+{
+    double v = code / 255;
+    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+}
+
+// Colours are mixed as light: half of 20 and 220 is 163, not 120.
+static void test_colour(void **state)
+{
+    (void)state;
+    raster_spec base = globe, top = inset("top.tif", 10, 50, white);
+    base.name = "base.tif";
+    base.type = top.type = GDT_Byte;
+    base.value = black;
+    write_raster(&base);
+    write_raster(&top);
+    const int rows = 30;
+    struct planet_file *f =
+        import_pieces(2, (struct piece[]){{"base.tif", 0}, {"top.tif", 0}}, rows, LAYER_COLOR);
+    int zoom = planet_file_meta(f)->max_zoom[LAYER_COLOR];
+    double step = grid_step_lat(zoom) / RAD;
+    static unsigned char pixels[TILE_SIZE * TILE_SIZE * 3];
+    for (double d = step; d < 2.4; d += step) {
+        int index;
+        double lat, lon;
+        tile_id id = tile_at(LAYER_COLOR, zoom, (50 - d) * RAD, 12.5 * RAD, &index);
+        sample_place(id, index, &lat, &lon);
+        assert_int_equal(planet_file_read_pixels(f, id, pixels), OK);
+        double t = smooth((50 - lat / RAD) / step / rows);
+        double want = light_of(20) + t * (light_of(220) - light_of(20));
+        check_near(light_of(pixels[3 * index]), want, 0.05);
+    }
+    planet_file_close(&f);
+}
+
+// Every tile's range holds all heights of the tile and of the tiles below it.
+static void test_ranges(void **state)
+{
+    (void)state;
+    raster_spec fine = inset("fine.tif", 10, 50, at_900);
+    write_raster(&globe);
+    write_raster(&fine);
+    struct planet_file *f = import_pieces(2, (struct piece[]){{"globe.tif", 0}, {"fine.tif", 0}},
+                                          FEATHER, LAYER_HEIGHT);
+    static float heights[TILE_SIZE * TILE_SIZE];
+    int top = planet_file_meta(f)->max_zoom[LAYER_HEIGHT], looked = 0;
+    for (int zoom = top; zoom >= 0; zoom--)
+        for (int row = 0; row < grid_rows(zoom); row++)
+            for (int col = 0; col < grid_cols(zoom, row); col++) {
+                tile_id id = {LAYER_HEIGHT, zoom, row, col};
+                if (planet_file_read_height(f, id, heights)) continue;
+                float low = FLT_MAX, high = -FLT_MAX;
+                for (int i = 0; i < TILE_SIZE * TILE_SIZE; i++) {
+                    low = fminf(low, heights[i]);
+                    high = fmaxf(high, heights[i]);
+                }
+                for (tile_id up = id;; up = tile_parent(up)) {
+                    float min, max;
+                    assert_int_equal(planet_file_read_range(f, up, &min, &max), OK);
+                    assert_true(min <= low && max >= high);
+                    looked++;
+                    if (up.zoom == 0) break;
+                }
+            }
+    assert_true(looked > 20);
+    // The mean of zoom 0 is far below the inset's 900 m; its range is not.
+    float min, max;
+    assert_int_equal(planet_file_read_range(f, (tile_id){LAYER_HEIGHT, 0, 0, 1}, &min, &max), OK);
+    check_near(max, 900, 1e-3);
+    planet_file_close(&f);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ramp),     cmocka_unit_test(test_no_jump),
+        cmocka_unit_test(test_mosaic),   cmocka_unit_test(test_overlap),
+        cmocka_unit_test(test_priority), cmocka_unit_test(test_colour),
+        cmocka_unit_test(test_ranges),
+    };
+    return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
+}
