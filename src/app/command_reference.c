@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "app/default_earth.h"
@@ -15,7 +16,7 @@
 #include "geo/sun.h"
 #include "reference/reference.h"
 
-enum { WIDTH = 1280, HEIGHT = 960, SIZE_MAX_PX = 16384 };
+enum { WIDTH = 1280, HEIGHT = 960, SIZE_MAX_PX = 16384, ZOOM_TEXT_SIZE = 80 };
 
 struct trial {
     struct session session; // planet and camera only
@@ -24,6 +25,7 @@ struct trial {
     struct pyramid *pyramid;
     int width, height, samples;
     struct progress progress;
+    sight_ground ground;
 };
 
 static bool report(void *user, double done)
@@ -65,6 +67,8 @@ static status render(struct trial *t, const reference_planes *planes)
         .width = t->width * t->samples,
         .height = t->height * t->samples,
         .zoom = o->zoom,
+        .error_px = isnan(o->zoom_error_px) ? 0 : o->zoom_error_px,
+        .ground = &t->ground,
         .threads = o->view_params.threads,
         .has_sun = o->time_given,
         .progress = {report, t},
@@ -76,6 +80,16 @@ static status render(struct trial *t, const reference_planes *planes)
     progress_finish(&t->progress);
     if (s == ERR_CANCELLED) log_error("interrupted: %s is not written", o->output);
     return s;
+}
+
+// "12", or "5 to 13 by distance, within 0.02 px of the limit".
+static void name_zoom(const struct trial *t, char text[ZOOM_TEXT_SIZE])
+{
+    const sight_ground *g = &t->ground;
+    if (t->session.options->zoom != SIGHT_AUTO) snprintf(text, ZOOM_TEXT_SIZE, "%d", g->zoom_min);
+    else
+        snprintf(text, ZOOM_TEXT_SIZE, "%d to %d by distance, within %.2g px of the limit",
+                 g->zoom_min, g->zoom_max, g->error_px);
 }
 
 static void *plane_memory(const struct trial *t, size_t bytes_per_pixel)
@@ -103,21 +117,24 @@ static status write_exr(struct trial *t)
                                    .lat_deg = d,
                                    .lon_deg = d + n,
                                    .level = f + 5 * n};
-        image_exr image = {t->width,
-                           t->height,
-                           {.r = planes.r,
-                            .g = planes.g,
-                            .b = planes.b,
-                            .z_m = planes.z_m,
-                            .height_m = planes.height_m,
-                            .lat_deg = planes.lat_deg,
-                            .lon_deg = planes.lon_deg,
-                            .level = planes.level},
-                           o->half,
-                           t->camera,
-                           t->session.info.name,
-                           t->session.info.attribution};
+        char zoom[ZOOM_TEXT_SIZE];
+        image_exr image = {.width = t->width,
+                           .height = t->height,
+                           .planes = {.r = planes.r,
+                                      .g = planes.g,
+                                      .b = planes.b,
+                                      .z_m = planes.z_m,
+                                      .height_m = planes.height_m,
+                                      .lat_deg = planes.lat_deg,
+                                      .lon_deg = planes.lon_deg,
+                                      .level = planes.level},
+                           .half_color = o->half,
+                           .camera = t->camera,
+                           .planet = t->session.info.name,
+                           .attribution = t->session.info.attribution,
+                           .zoom = zoom};
         s = render(t, &planes);
+        name_zoom(t, zoom);
         if (!s) s = image_exr_write(o->output, &image);
     }
     free(f);

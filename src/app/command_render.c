@@ -71,13 +71,13 @@ static status write_exr(struct shot *shot)
                                  .lat_deg = d,
                                  .lon_deg = d + pixels};
         const struct options *o = shot->session.options;
-        image_exr image = {shot->width,
-                           shot->height,
-                           planes,
-                           o->half,
-                           shot->camera,
-                           shot->session.info.name,
-                           shot->session.info.attribution};
+        image_exr image = {.width = shot->width,
+                           .height = shot->height,
+                           .planes = planes,
+                           .half_color = o->half,
+                           .camera = shot->camera,
+                           .planet = shot->session.info.name,
+                           .attribution = shot->session.info.attribution};
         s = (status)perigee_view_read_planes(shot->session.view, &planes);
         if (!s) s = image_exr_write(o->output, &image);
     }

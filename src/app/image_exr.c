@@ -94,6 +94,7 @@ static exr_result_t set_attributes(const struct writer *w)
         r = exr_attr_set_double(w->context, PART, numbers[i].name, numbers[i].value);
     if (!r) r = exr_attr_set_string(w->context, PART, "planet", w->image->planet);
     if (!r) r = exr_attr_set_string(w->context, PART, "attribution", w->image->attribution);
+    if (!r && w->image->zoom) r = exr_attr_set_string(w->context, PART, "zoom", w->image->zoom);
     if (!r) r = exr_attr_set_string(w->context, PART, "software", "Perigee");
     return r;
 }

@@ -20,6 +20,7 @@ typedef struct image_exr {
         camera; // attributes camera.lat, .lon, .alt, .heading, .pitch, .roll, .fov (doubles)
     const char *planet;      // attribute planet
     const char *attribution; // attribute attribution
+    const char *zoom;        // attribute zoom: of which heights; NULL: none
 } image_exr;
 
 // By way of PATH.part. ERR_IO, logged with the path; nothing is left behind.

@@ -106,8 +106,11 @@ const struct option_spec option_table[] = {
 
     {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"),
      "spherical clipmap (default); render: or reference, a ray caster in double precision"},
-    {"zoom", 0, R, GROUP_METHOD, INTEGER(zoom, 0, GRID_MAX_ZOOM, "Z"),
-     "with --mode reference: cast against this zoom, 0..24 (default: the finest stored)"},
+    {"zoom", 0, R, GROUP_METHOD, VALUE(option_zoom, "Z"),
+     "with --mode reference: cast against heights of this zoom, 0..24, of the finest one stored, or auto: "
+     "finer with nearness, by --zoom-error (default)"},
+    {"zoom-error", 0, R, GROUP_METHOD, NUMBER(zoom_error_px, 1e-4, 100, "PX"),
+     "with --zoom auto: how far the heights may be from endlessly refined ones, in pixels (default 0.05)"},
     {"transform", 0, V | R | F, GROUP_METHOD, VALUE(option_transform, "NAME"),
      "stable (default), exact, approx or blend"},
     {"filter", 0, V | R | F, GROUP_METHOD, VALUE(option_filter, "NAME"),

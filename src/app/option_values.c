@@ -10,6 +10,7 @@
 #include "app/number.h"
 #include "base/log.h"
 #include "geo/sun.h"
+#include "reference/sight.h"
 
 enum {
     SIZE_MAX_PX = 16384,
@@ -120,6 +121,18 @@ status option_mode(struct options *o, const char *name, const char *value)
                       render ? "spherical or reference"
                              : "spherical (reference: perigee render only)");
     o->reference = found == 1;
+    return OK;
+}
+
+status option_zoom(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"auto", "stored"};
+    int found = find_name(value, names, 2);
+    long long zoom = found == 1 ? SIGHT_STORED : SIGHT_AUTO;
+    if (found < 0 && (!number_parse_integer(value, &zoom) || zoom < 0 || zoom > GRID_MAX_ZOOM))
+        return refuse(name, value, "auto, stored or a zoom, 0..24");
+    o->zoom = (int)zoom;
+    o->zoom_given = true;
     return OK;
 }
 

@@ -11,6 +11,7 @@
 #include "app/option_values.h"
 #include "base/log.h"
 #include "base/memory.h"
+#include "reference/sight.h"
 
 enum { MAX_OPTIONS = 96, FIRST_LONG = 256 };
 
@@ -192,6 +193,17 @@ static status check_import(const struct options *o)
     return o->earth ? OK : require(o, o->output, "-o");
 }
 
+static status check_zoom(const struct options *o)
+{
+    if (o->zoom_given && !o->reference) {
+        log_error("--zoom: only with --mode reference");
+        return ERR_ARGUMENT;
+    }
+    if (isnan(o->zoom_error_px) || (o->reference && o->zoom == SIGHT_AUTO)) return OK;
+    log_error("--zoom-error %g: only with --mode reference and --zoom auto", o->zoom_error_px);
+    return ERR_ARGUMENT;
+}
+
 static status check(const struct options *o)
 {
     status s = OK;
@@ -203,10 +215,8 @@ static status check(const struct options *o)
         log_error("--end %g: before --start %g", o->end_s, o->start_s);
         return ERR_ARGUMENT;
     }
-    if (o->zoom >= 0 && !o->reference) {
-        log_error("--zoom %d: only with --mode reference", o->zoom);
-        return ERR_ARGUMENT;
-    }
+    if (!s) s = check_zoom(o);
+    if (s) return s;
     if (o->command == COMMAND_RENDER) s = require(o, o->output, "-o");
     if (o->command == COMMAND_FLY) {
         s = require(o, o->path, "--path");
@@ -223,7 +233,8 @@ status options_parse(enum command command, int argc, char **argv, struct options
         .camera = {NAN, NAN, NAN, NAN, NAN, NAN, NAN},
         .above_ground_m = NAN,
         .timeout_s = 60,
-        .zoom = -1,
+        .zoom = SIGHT_AUTO,
+        .zoom_error_px = NAN,
         .fps = 30,
         .end_s = NAN,
         .sheet_columns = 5,

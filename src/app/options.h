@@ -34,7 +34,9 @@ struct options {
     perigee_planet_params planet_params;
     perigee_view_params view_params;
     bool reference;         // --mode reference
-    int zoom;               // of the reference's height field; -1: the finest stored
+    int zoom;               // of the reference's height field, SIGHT_STORED or SIGHT_AUTO
+    bool zoom_given;        // --zoom
+    double zoom_error_px;   // NaN: not given
     const char *shader_dir; // NULL: the built-in shaders
 
     perigee_camera camera; // members not given are NaN

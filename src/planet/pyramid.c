@@ -155,6 +155,13 @@ const struct planet_meta *pyramid_meta(const struct pyramid *p)
     return &p->meta;
 }
 
+bool pyramid_synthesises(const struct pyramid *p)
+{
+    bool any = p->synthesis && p->own.synthesis_gain > 0;
+    for (int i = 0; i < p->over_count; i++) any |= pyramid_synthesises(p->overs[i]);
+    return any;
+}
+
 static void assert_on_grid(tile_id id)
 {
     assert(id.zoom >= 0 && id.zoom <= GRID_MAX_ZOOM);

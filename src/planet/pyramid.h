@@ -55,6 +55,9 @@ void pyramid_destroy(struct pyramid **pyramid);
 
 const struct planet_meta *pyramid_meta(const struct pyramid *pyramid);
 
+// Whether heights below the data have synthesised detail.
+bool pyramid_synthesises(const struct pyramid *pyramid);
+
 // Holds the tile until released; reads, decodes or makes it on the calling thread when it is not
 // cached. ERR_PENDING when what it is made of is still on its way, in which the want then has a
 // share; otherwise ERR_MEMORY only: bad or missing data is replaced and counted, and what cannot be

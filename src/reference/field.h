@@ -1,10 +1,11 @@
-// The height field of a frame: every sample of one zoom of the pyramid, bilinear between, and for
-// any box of the map a height that nothing in it exceeds. Degrees; longitudes may be any number of
-// turns away. The field: any thread, once scanned; a reader: one thread.
+// The height field of a frame: the samples of one zoom of the pyramid, bilinear between, and for
+// any box of the map a height that nothing in sight in it exceeds. Degrees; longitudes may be any
+// number of turns away. The field: any thread, once scanned; a reader: one thread.
 #ifndef PERIGEE_REFERENCE_FIELD_H
 #define PERIGEE_REFERENCE_FIELD_H
 
 #include "base/pool.h"
+#include "base/vec.h"
 #include "planet/pyramid.h"
 
 // Tells how far it is, in [0, 1]; true cancels. Called on the thread that asked for the work.
@@ -15,35 +16,61 @@ typedef struct reference_progress {
 
 struct field;
 
-// What can be seen from `eye` (ECEF): the tiles of the cap that the horizon of eye and of the
-// highest ground bound are read once and their maxima kept. ERR_ARGUMENT, logged, when these are
-// too many; ERR_CANCELLED; ERR_MEMORY.
-status field_create(struct pyramid *pyramid, int zoom, const double eye[3], struct pool *pool,
+enum { FIELD_MAX_SIDES = 4, FIELD_MAX_TILES = 65536 };
+
+// What a field must answer for: rays that begin at the eye and run on the positive side of planes
+// through it, from `near` metres to `far`.
+typedef struct field_sight {
+    dvec3 eye;                   // ECEF
+    dvec3 side[FIELD_MAX_SIDES]; // unit normals
+    int sides;                   // 0: rays of all directions
+    double near, far;            // far 0: without end
+} field_sight;
+
+typedef struct field_params {
+    struct pyramid *pyramid;
+    int zoom; // [0, GRID_MAX_ZOOM]
+    field_sight sight;
+} field_params;
+
+// Tiles of which a ray in sight may need a sample: those whose sphere, grown by the range of the
+// planet's heights and by what interpolation reaches, is met. SIZE_MAX when not even their number
+// can be told.
+size_t field_count_tiles(const field_params *params);
+
+// Reads the tiles in sight once and keeps their maxima: 11 KiB a tile, so 0.7 GiB at most.
+// ERR_ARGUMENT, logged, when they are more than FIELD_MAX_TILES; ERR_CANCELLED; ERR_MEMORY.
+status field_create(const field_params *params, struct pool *pool,
                     const reference_progress *progress, struct field **out);
 void field_destroy(struct field **field);
 
 int field_zoom(const struct field *field);
 geo_ellipsoid field_ellipsoid(const struct field *field);
-// Bounds of the heights in the cap.
+size_t field_tiles(const struct field *field);
+// Bounds of the heights in sight; 0 and 0 when there is no ground in sight.
 void field_range(const struct field *field, double *min, double *max);
+// The greatest second difference of neighbouring samples in sight, metres: over 8, and more or less
+// a quarter of it at each finer zoom of a smooth surface, it is what bilinear heights miss.
+double field_bend(const struct field *field);
 
 typedef struct field_box {
     double south, north, west, east;
 } field_box;
 
-// Not less than any height in the box; the box lies in the cap.
+// Not less than any height in the box that is in sight.
 double field_max(const struct field *field, const field_box *box);
 
 enum { FIELD_SLOTS = 16 };
 
 struct field_reader {
-    struct field *field;
+    const struct field *field; // may be changed between calls
     struct pyramid *pyramid;
     const pyramid_tile *heights[FIELD_SLOTS], *colors[FIELD_SLOTS];
     status error; // first failure; samples are 0 from then on
 };
 
-void field_reader_init(struct field_reader *reader, struct field *field, struct pyramid *pyramid);
+void field_reader_init(struct field_reader *reader, const struct field *field,
+                       struct pyramid *pyramid);
 void field_reader_deinit(struct field_reader *reader);
 
 // One piece of the field, bilinear: h = (1 - u) (a + ka v) + u (b + kb v), u = (north - lat) /

@@ -5,7 +5,8 @@
 
 #include "base/vec.h"
 
-void field_reader_init(struct field_reader *reader, struct field *field, struct pyramid *pyramid)
+void field_reader_init(struct field_reader *reader, const struct field *field,
+                       struct pyramid *pyramid)
 {
     *reader = (struct field_reader){.field = field, .pyramid = pyramid};
 }

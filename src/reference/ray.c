@@ -234,7 +234,7 @@ static bool search(struct caster *c, const struct knot *first, const struct knot
 // Where the ray runs in the shell that holds all ground, from the scaled space in which the
 // ellipsoid is the unit sphere: ground at height h lies there between 1 + min(h, 0) / small and 1 +
 // max(h, 0) / small. False: never.
-static bool clip(const struct caster *c, double *t0, double *t1)
+static bool clip(const struct caster *c, double from, double to, double *t0, double *t1)
 {
     double low, high, small = fmin(c->e.a, c->e.b);
     field_range(c->reader->field, &low, &high);
@@ -248,29 +248,38 @@ static bool clip(const struct caster *c, double *t0, double *t1)
     double outer = 1 + fmax(high, 0) / small + room, inner = 1 + fmin(low, 0) / small - room;
     if (qq >= outer * outer) return false;
     double half = sqrt(outer * outer - qq);
-    *t0 = fmax(0, (near - half) / speed);
-    *t1 = (near + half) / speed;
+    *t0 = fmax(from, (near - half) / speed);
+    *t1 = fmin(to, (near + half) / speed);
     double deep = near - sqrt(fmax(0, inner * inner - qq));
-    if (qq < inner * inner && deep > 0) *t1 = deep / speed;
+    if (qq < inner * inner && deep / speed > *t0) *t1 = fmin(*t1, deep / speed);
     return *t1 > *t0;
 }
 
-bool ray_cast(struct field_reader *reader, dvec3 origin, dvec3 dir, double pixel, ray_hit *hit)
+bool ray_cast_between(struct field_reader *reader, dvec3 origin, dvec3 dir, double pixel,
+                      double from, double to, ray_hit *hit)
 {
     struct caster c = {.reader = reader,
                        .e = field_ellipsoid(reader->field),
                        .origin = origin,
                        .dir = dir,
                        .pixel = pixel};
-    struct knot start = knot_at(&c, 0, NULL);
-    double t0, t1, ground = field_height(reader, start.lat, start.lon);
-    if (start.height <= ground) {
-        *hit = hit_of(&c, &start, ground);
-        return true;
-    }
-    if (!clip(&c, &t0, &t1)) return false;
+    double t0, t1;
+    if (!clip(&c, from, to, &t0, &t1)) return false;
     c.start = t0;
     c.origin = dvec3_mad(origin, dir, t0);
-    struct knot a = knot_at(&c, 0, NULL), b = knot_at(&c, t1 - t0, &a);
+    struct knot a = knot_at(&c, 0, NULL);
+    if (t0 <= from) {
+        double ground = field_height(reader, a.lat, a.lon);
+        if (a.height <= ground) {
+            *hit = hit_of(&c, &a, ground);
+            return true;
+        }
+    }
+    struct knot b = knot_at(&c, t1 - t0, &a);
     return search(&c, &a, &b, hit);
+}
+
+bool ray_cast(struct field_reader *reader, dvec3 origin, dvec3 dir, double pixel, ray_hit *hit)
+{
+    return ray_cast_between(reader, origin, dir, pixel, 0, INFINITY, hit);
 }

@@ -18,4 +18,8 @@ typedef struct ray_hit {
 #define RAY_FLOOR_M   1e-6
 bool ray_cast(struct field_reader *reader, dvec3 origin, dvec3 dir, double pixel, ray_hit *hit);
 
+// The same for the ray from `from` to `to` metres: at or below the ground at `from`, it hits there.
+bool ray_cast_between(struct field_reader *reader, dvec3 origin, dvec3 dir, double pixel,
+                      double from, double to, ray_hit *hit);
+
 #endif

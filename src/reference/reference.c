@@ -14,6 +14,10 @@
 
 enum { BLOCK_PX = 32, MAX_SIZE_PX = 16384 };
 
+// Of the work, how much finding the ground is taken for.
+#define SIGHT_SHARE      0.3
+#define DEFAULT_ERROR_PX 0.05
+
 // East, north, up and from them right, up, forward of the camera.
 struct aim {
     dvec3 origin, right, up, forward;
@@ -57,7 +61,7 @@ void reference_ray(geo_ellipsoid e, const reference_camera *camera, int width, i
 struct picture {
     const reference_params *params;
     const reference_planes *planes;
-    struct field *field;
+    struct sight *sight;
     struct field_reader *readers; // one for each worker
     struct aim aim;
     dvec3 sun;
@@ -103,7 +107,7 @@ static void render_pixel(struct picture *p, struct field_reader *reader, int x, 
     double length = dvec3_length(d), rgb[3] = {0, 0, 0};
     d = dvec3_scale(d, 1 / length);
     ray_hit hit;
-    if (!ray_cast(reader, p->aim.origin, d, p->pixel, &hit)) {
+    if (!sight_cast(p->sight, reader, d, &hit)) {
         hit = (ray_hit){NAN, NAN, NAN, NAN};
         put_pixel(p->planes, at, &hit, NAN, rgb, -1);
         put_normal(p->planes, at, dvec3_make(NAN, NAN, NAN));
@@ -113,7 +117,7 @@ static void render_pixel(struct picture *p, struct field_reader *reader, int x, 
         light_at(reader, &hit, d, p->sun, p->pixel, rgb);
     if (p->planes->nx || p->planes->ny || p->planes->nz)
         put_normal(p->planes, at, normal_at_hit(reader, &hit));
-    put_pixel(p->planes, at, &hit, hit.t / length, rgb, field_zoom(p->field));
+    put_pixel(p->planes, at, &hit, hit.t / length, rgb, field_zoom(reader->field));
 }
 
 static void render_block(void *arg, int worker)
@@ -140,7 +144,8 @@ static status render_blocks(struct picture *p, struct pool *pool)
     for (int i = 0; i < count && !p->error && !cancelled; i++) {
         blocks[i] = (struct block){p, i % across * BLOCK_PX, i / across * BLOCK_PX};
         pool_submit(pool, render_block, &blocks[i]);
-        cancelled = q->progress.report && q->progress.report(q->progress.user, (double)i / count);
+        double done = SIGHT_SHARE + (1 - SIGHT_SHARE) * i / count;
+        cancelled = q->progress.report && q->progress.report(q->progress.user, done);
     }
     pool_drain(pool);
     free(blocks);
@@ -159,7 +164,8 @@ static status check(const reference_params *p)
     double low = -pyramid_meta(p->pyramid)->ellipsoid.b / 2;
     if (p->width < 1 || p->width > MAX_SIZE_PX) return refuse("width", p->width);
     if (p->height < 1 || p->height > MAX_SIZE_PX) return refuse("height", p->height);
-    if (p->zoom < -1 || p->zoom > GRID_MAX_ZOOM) return refuse("zoom", p->zoom);
+    if (p->zoom < SIGHT_AUTO || p->zoom > GRID_MAX_ZOOM) return refuse("zoom", p->zoom);
+    if (!(p->error_px >= 0 && p->error_px <= 1e3)) return refuse("error", p->error_px);
     if (!(fabs(c->lat_deg) <= 90)) return refuse("latitude", c->lat_deg);
     if (!isfinite(c->lon_deg)) return refuse("longitude", c->lon_deg);
     if (!(c->alt_m >= low && c->alt_m <= 1e12)) return refuse("altitude", c->alt_m);
@@ -183,10 +189,43 @@ static status render(struct picture *p, struct pool *pool)
     int threads = pool_threads(pool);
     p->readers = NEW_ARRAY(struct field_reader, (size_t)threads);
     for (int i = 0; i < threads; i++)
-        field_reader_init(&p->readers[i], p->field, p->params->pyramid);
+        field_reader_init(&p->readers[i], sight_nearest(p->sight), p->params->pyramid);
     status s = render_blocks(p, pool);
     for (int i = 0; i < threads; i++) field_reader_deinit(&p->readers[i]);
     free(p->readers);
+    return s;
+}
+
+static bool report_sight(void *user, double done)
+{
+    const reference_progress *p = user;
+    return p->report && p->report(p->user, SIGHT_SHARE * done);
+}
+
+// The planes through the eye and the edges of the picture.
+static field_sight view_of(const struct aim *a, const reference_params *p)
+{
+    double up = tan(p->camera.fov_deg * RAD / 2), across = up * p->width / p->height;
+    const dvec3 edge[2] = {a->right, a->up};
+    const double slope[2] = {across, up};
+    field_sight s = {.eye = a->origin, .sides = FIELD_MAX_SIDES};
+    for (int i = 0; i < FIELD_MAX_SIDES; i++)
+        s.side[i] = dvec3_normalize(
+            dvec3_mad(dvec3_scale(a->forward, slope[i / 2]), edge[i / 2], i % 2 ? 1 : -1));
+    return s;
+}
+
+static status find_ground(struct picture *p, struct pool *pool)
+{
+    const reference_params *q = p->params;
+    const reference_progress part = {report_sight, (void *)&q->progress};
+    sight_params params = {.pyramid = q->pyramid,
+                           .view = view_of(&p->aim, q),
+                           .pixel = p->pixel,
+                           .zoom = q->zoom,
+                           .error_px = q->error_px > 0 ? q->error_px : DEFAULT_ERROR_PX};
+    status s = sight_create(&params, pool, &part, &p->sight);
+    if (!s && q->ground) *q->ground = sight_get_ground(p->sight);
     return s;
 }
 
@@ -199,13 +238,10 @@ status reference_render(const reference_params *params, const reference_planes *
     p.aim = aim_of(m->ellipsoid, &params->camera);
     p.sun = params->has_sun ? params->sun : noon(p.aim.origin);
     p.pixel = 2 * tan(params->camera.fov_deg * RAD / 2) / params->height;
-    int finest = m->max_zoom[LAYER_HEIGHT] < 0 ? 0 : m->max_zoom[LAYER_HEIGHT];
-    int zoom = params->zoom < 0 ? finest : params->zoom;
-    const double eye[3] = {p.aim.origin.x, p.aim.origin.y, p.aim.origin.z};
     struct pool *pool = pool_create(params->threads, 4);
-    s = field_create(params->pyramid, zoom, eye, pool, &params->progress, &p.field);
+    s = find_ground(&p, pool);
     if (!s) s = render(&p, pool);
-    field_destroy(&p.field);
+    sight_destroy(&p.sight);
     pool_destroy(&pool);
     return s;
 }

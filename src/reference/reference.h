@@ -1,12 +1,13 @@
 // The judge of every renderer: one ray a pixel, in double precision, against the height field
-// P = S(lat, lon) + h(lat, lon) n with h bilinear in the samples of one zoom. It shares no code
-// with the clipmap, and its conversions are GeographicLib's. The same input gives the same bits
-// whatever the number of threads. One call at a time for each thread.
+// P = S(lat, lon) + h(lat, lon) n with h bilinear in the samples of one zoom, or of a zoom chosen
+// by distance. It shares no code with the clipmap, and its conversions are GeographicLib's. The
+// same input gives the same bits whatever the number of threads. One call at a time for each
+// thread.
 #ifndef PERIGEE_REFERENCE_REFERENCE_H
 #define PERIGEE_REFERENCE_REFERENCE_H
 
 #include "base/vec.h"
-#include "reference/field.h"
+#include "reference/sight.h"
 
 typedef struct reference_camera {
     double lat_deg, lon_deg, alt_m;
@@ -17,11 +18,13 @@ typedef struct reference_params {
     struct pyramid *pyramid;
     reference_camera camera;
     int width, height; // px, 1 to 16384
-    int zoom;          // of the height field, the same for the whole frame; -1: the finest stored
+    int zoom;          // of the height field, SIGHT_STORED or SIGHT_AUTO
+    double error_px;   // with SIGHT_AUTO; 0: 0.05
     int threads;       // 0: one for each processor
     bool has_sun;      // false: noon at the camera, as perigee_view has it
     dvec3 sun;         // unit, ECEF
     reference_progress progress;
+    sight_ground *ground; // NULL, or told what was chosen
 } reference_params;
 
 // Top row first, width * height each; NULL planes are skipped. Sky is NaN (level: -1, colour 0).

@@ -151,7 +151,8 @@ static image_exr exr_of(struct truth *t, bool half)
                        half,
                        {1, 2, 3, 4, 5, 6, 7},
                        "Earth",
-                       "somebody"};
+                       "somebody",
+                       "5 to 13"};
 }
 
 static void test_exr(void **state)

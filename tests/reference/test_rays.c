@@ -48,7 +48,8 @@ static void look_from(struct scene *s, const double eye[3], int zoom)
     reference_progress silent = {0};
     if (s->field) field_reader_deinit(&s->reader);
     field_destroy(&s->field);
-    assert_int_equal(field_create(s->planet.pyramid, zoom, eye, s->pool, &silent, &s->field), OK);
+    const field_params params = {s->planet.pyramid, zoom, {.eye = {eye[0], eye[1], eye[2]}}};
+    assert_int_equal(field_create(&params, s->pool, &silent, &s->field), OK);
     field_reader_init(&s->reader, s->field, s->planet.pyramid);
 }
 
