@@ -10,9 +10,11 @@
 #include "app/output_file.h"
 #include "app/path_file.h"
 #include "app/progress.h"
+#include "app/reference_picture.h"
 #include "app/session.h"
 #include "app/stats_file.h"
 #include "base/log.h"
+#include "geo/sun.h"
 
 enum { WIDTH = 1280, HEIGHT = 720, SHEET_CELL_WIDTH = 384, MAX_FRAMES = 10000000 };
 
@@ -22,6 +24,9 @@ struct film {
     struct flight *flight;
     struct contact_sheet *sheet; // NULL: none
     struct stats_file stats;
+    struct reference_source source; // --mode reference
+    struct progress progress;
+    int frame; // being made
     int width, height, samples, frames;
     double start_s;
     uint8_t *rgb;
@@ -44,23 +49,53 @@ static bool already_there(const struct film *film, int frame, const char *path)
     return image_png_read(path, width, height, film->rgb) == OK;
 }
 
-static status render_frame(struct film *film, int frame, const char *path)
+// done: of the frame being made.
+static bool report(void *user, double done)
+{
+    struct film *film = user;
+    char label[48];
+    snprintf(label, sizeof label, "%.24s: %d frames", film->path.name, film->frames);
+    progress_update(&film->progress, label, (film->frame + done) / film->frames);
+    return interrupt_requested();
+}
+
+static status picture(struct film *film, const perigee_camera *camera)
 {
     struct session *session = &film->session;
-    perigee_camera camera;
-    double time_s = frame_time(film, frame);
-    status s = path_file_camera(film->flight, session->planet, time_s, &camera);
-    if (!s) s = (status)perigee_view_set_camera(session->view, &camera);
+    status s = (status)perigee_view_set_camera(session->view, camera);
     if (!s) s = session_wait(session, film->width, film->height);
     if (!s)
         s = (status)perigee_view_render_image(session->view, film->width, film->height,
                                               film->samples, film->rgb);
+    return s;
+}
+
+static status cast_picture(struct film *film, const perigee_camera *camera)
+{
+    reference_params params =
+        reference_source_params(&film->source, camera, film->width, film->height);
+    if (film->path.time_given && !params.has_sun) {
+        params.has_sun = true;
+        params.sun = geo_sun_direction(film->path.unix_time_s);
+    }
+    params.progress = (reference_progress){report, film};
+    return reference_picture(&params, film->samples, film->rgb);
+}
+
+static status render_frame(struct film *film, int frame, const char *path)
+{
+    struct session *session = &film->session;
+    bool cast = session->options->reference;
+    perigee_camera camera;
+    double time_s = frame_time(film, frame);
+    status s = path_file_camera(film->flight, session->planet, time_s, &camera);
+    if (!s) s = cast ? cast_picture(film, &camera) : picture(film, &camera);
     if (s) return s;
     char line[SESSION_CAMERA_SIZE];
     struct image_text texts[SESSION_TEXTS];
     int count = session_texts(session, &camera, line, texts);
     s = image_png_write(path, film->width, film->height, film->rgb, texts, count);
-    if (!s) stats_file_add(&film->stats, session->view, frame, time_s, &camera);
+    if (!s && !cast) stats_file_add(&film->stats, session->view, frame, time_s, &camera);
     return s;
 }
 
@@ -76,21 +111,18 @@ static status fly_frame(struct film *film, int frame)
 
 static status fly_frames(struct film *film)
 {
-    struct progress progress;
     status s = OK;
     interrupt_catch();
-    progress_start(&progress, stderr, film->session.options->quiet);
+    progress_start(&film->progress, stderr, film->session.options->quiet);
     for (int frame = 0; frame < film->frames && !s; frame++) {
-        char label[48];
-        snprintf(label, sizeof label, "%.24s: %d frames", film->path.name, film->frames);
-        progress_update(&progress, label, (double)frame / film->frames);
-        s = interrupt_requested() ? ERR_CANCELLED : fly_frame(film, frame);
+        film->frame = frame;
+        s = report(film, 0) ? ERR_CANCELLED : fly_frame(film, frame);
         if (s == ERR_CANCELLED)
             log_error("interrupted after %d of %d frames: the same command with --resume goes on",
                       frame, film->frames);
     }
-    if (!s) progress_update(&progress, progress.label, 1);
-    progress_finish(&progress);
+    if (!s) report(film, 1);
+    progress_finish(&film->progress);
     return s;
 }
 
@@ -126,14 +158,25 @@ static status count_frames(struct film *film)
     return OK;
 }
 
+static status open_view(struct film *film)
+{
+    const struct options *o = film->session.options;
+    if (o->reference) {
+        session_credit(&film->session);
+        return reference_source_init(&film->source, o);
+    }
+    status s = session_open_view(&film->session);
+    if (!s && film->path.time_given && !o->time_given)
+        s = (status)perigee_view_set_time(film->session.view, film->path.unix_time_s);
+    return s;
+}
+
 static status prepare(struct film *film)
 {
     const struct options *o = film->session.options;
     status s = path_file_flight(&film->path, film->session.planet, &film->flight);
     if (!s) s = count_frames(film);
-    if (!s) s = session_open_view(&film->session);
-    if (!s && film->path.time_given && !o->time_given)
-        s = (status)perigee_view_set_time(film->session.view, film->path.unix_time_s);
+    if (!s) s = open_view(film);
     if (s) return s;
     film->rgb = calloc((size_t)film->width * (size_t)film->height, 3);
     if (!film->rgb) {
@@ -165,6 +208,7 @@ static void film_deinit(struct film *film)
     contact_sheet_destroy(&film->sheet);
     flight_destroy(&film->flight);
     free(film->rgb);
+    reference_source_deinit(&film->source);
     session_close(&film->session);
     path_file_deinit(&film->path);
 }
@@ -174,7 +218,9 @@ status command_fly(const struct options *o)
     struct film film = {.width = o->width ? o->width : WIDTH,
                         .height = o->height ? o->height : HEIGHT,
                         .samples = o->samples ? o->samples : 1};
-    status s = path_file_load(o->path, &film.path);
+    status s = OK;
+    if (o->reference) s = reference_check_options(o, film.width, film.height, film.samples);
+    if (!s) s = path_file_load(o->path, &film.path);
     if (!s) s = check_outputs(o);
     if (!s) s = session_open_planet(o, &film.session);
     if (!s) s = stats_file_open(&film.stats, o->stats);

@@ -1,28 +1,23 @@
 #include "app/command_reference.h"
 
-#include <math.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "app/default_earth.h"
 #include "app/image_exr.h"
 #include "app/image_png.h"
 #include "app/interrupt.h"
 #include "app/output_file.h"
 #include "app/progress.h"
+#include "app/reference_picture.h"
 #include "app/session.h"
 #include "base/log.h"
-#include "geo/sun.h"
-#include "reference/reference.h"
 
-enum { WIDTH = 1280, HEIGHT = 960, SIZE_MAX_PX = 16384, ZOOM_TEXT_SIZE = 80 };
+enum { WIDTH = 1280, HEIGHT = 960, ZOOM_TEXT_SIZE = 80 };
 
 struct trial {
     struct session session; // planet and camera only
     perigee_camera camera;
-    struct planet_file *file;
-    struct pyramid *pyramid;
+    struct reference_source source;
     int width, height, samples;
     struct progress progress;
     sight_ground ground;
@@ -37,49 +32,27 @@ static bool report(void *user, double done)
 
 static status open_trial(const struct options *o, struct trial *t)
 {
-    char earth[OUTPUT_PATH_SIZE];
-    pyramid_params tiles = {.cache_bytes = o->planet_params.cache_bytes,
-                            .synthesis = !o->planet_params.no_synthesis};
     status s = session_open_planet(o, &t->session);
     if (!s) s = session_camera(&t->session, &t->camera);
-    if (!s && !o->planet) s = default_earth_find(o, earth, sizeof earth);
-    if (!s) s = planet_file_open(o->planet ? o->planet : earth, &t->file);
-    if (!s) s = pyramid_create(t->file, &tiles, &t->pyramid);
+    if (!s) s = reference_source_init(&t->source, o);
     if (!s) session_credit(&t->session);
     return s;
 }
 
 static void close_trial(struct trial *t)
 {
-    pyramid_destroy(&t->pyramid);
-    planet_file_close(&t->file);
+    reference_source_deinit(&t->source);
     session_close(&t->session);
 }
 
-static status render(struct trial *t, const reference_planes *planes)
+static reference_params params_of(struct trial *t)
 {
-    const struct options *o = t->session.options;
-    const perigee_camera *c = &t->camera;
-    reference_params params = {
-        .pyramid = t->pyramid,
-        .camera = {c->lat_deg, c->lon_deg, c->alt_m, c->heading_deg, c->pitch_deg, c->roll_deg,
-                   c->fov_deg},
-        .width = t->width * t->samples,
-        .height = t->height * t->samples,
-        .zoom = o->zoom,
-        .error_px = isnan(o->zoom_error_px) ? 0 : o->zoom_error_px,
-        .ground = &t->ground,
-        .threads = o->view_params.threads,
-        .has_sun = o->time_given,
-        .progress = {report, t},
-    };
-    if (o->time_given) params.sun = geo_sun_direction(o->unix_time_s);
+    reference_params params = reference_source_params(&t->source, &t->camera, t->width, t->height);
+    params.progress = (reference_progress){report, t};
+    params.ground = &t->ground;
     interrupt_catch();
-    progress_start(&t->progress, stderr, o->quiet);
-    status s = reference_render(&params, planes);
-    progress_finish(&t->progress);
-    if (s == ERR_CANCELLED) log_error("interrupted: %s is not written", o->output);
-    return s;
+    progress_start(&t->progress, stderr, t->session.options->quiet);
+    return params;
 }
 
 // "12", or "5 to 13 by distance, within 0.02 px of the limit".
@@ -92,12 +65,20 @@ static void name_zoom(const struct trial *t, char text[ZOOM_TEXT_SIZE])
                  g->zoom_min, g->zoom_max, g->error_px);
 }
 
+static status finish(struct trial *t, status s)
+{
+    progress_finish(&t->progress);
+    if (s == ERR_CANCELLED) log_error("interrupted: %s is not written", t->session.options->output);
+    char zoom[ZOOM_TEXT_SIZE];
+    name_zoom(t, zoom);
+    if (!s) log_info("reference: heights of zoom %s", zoom);
+    return s;
+}
+
 static void *plane_memory(const struct trial *t, size_t bytes_per_pixel)
 {
-    size_t pixels = (size_t)t->width * (size_t)t->height * (size_t)t->samples * (size_t)t->samples;
-    void *memory = calloc(pixels, bytes_per_pixel);
-    if (!memory)
-        log_error("--size %dx%d --samples %d: out of memory", t->width, t->height, t->samples);
+    void *memory = calloc((size_t)t->width * (size_t)t->height, bytes_per_pixel);
+    if (!memory) log_error("--size %dx%d: out of memory", t->width, t->height);
     return memory;
 }
 
@@ -133,7 +114,8 @@ static status write_exr(struct trial *t)
                            .planet = t->session.info.name,
                            .attribution = t->session.info.attribution,
                            .zoom = zoom};
-        s = render(t, &planes);
+        reference_params params = params_of(t);
+        s = finish(t, reference_render(&params, &planes));
         name_zoom(t, zoom);
         if (!s) s = image_exr_write(o->output, &image);
     }
@@ -142,56 +124,18 @@ static status write_exr(struct trial *t)
     return s;
 }
 
-static uint8_t encode(double c)
-{
-    c = fmin(fmax(c, 0), 1);
-    c = c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1 / 2.4) - 0.055;
-    return (uint8_t)(255 * c + 0.5);
-}
-
-// The mean of a pixel's samples in linear light.
-static double mean(const struct trial *t, const float *plane, int x, int y)
-{
-    double sum = 0;
-    size_t stride = (size_t)t->width * (size_t)t->samples;
-    for (int j = 0; j < t->samples; j++)
-        for (int i = 0; i < t->samples; i++)
-            sum += plane[(size_t)(y * t->samples + j) * stride + (size_t)(x * t->samples + i)];
-    return sum / (t->samples * t->samples);
-}
-
 static status write_png(struct trial *t)
 {
-    size_t n = (size_t)t->width * (size_t)t->height * (size_t)t->samples * (size_t)t->samples;
-    float *light = plane_memory(t, 3 * sizeof *light);
-    uint8_t *rgb = light ? plane_memory(t, 3) : NULL;
-    status s = rgb ? OK : ERR_MEMORY;
-    if (!s) {
-        reference_planes planes = {.r = light, .g = light + n, .b = light + 2 * n};
-        s = render(t, &planes);
-    }
-    for (int i = 0; !s && i < t->width * t->height; i++)
-        for (size_t k = 0; k < 3; k++)
-            rgb[3 * (size_t)i + k] = encode(mean(t, light + k * n, i % t->width, i / t->width));
+    uint8_t *rgb = plane_memory(t, 3);
+    if (!rgb) return ERR_MEMORY;
+    reference_params params = params_of(t);
+    status s = finish(t, reference_picture(&params, t->samples, rgb));
     char line[SESSION_CAMERA_SIZE];
     struct image_text texts[SESSION_TEXTS];
     int count = session_texts(&t->session, &t->camera, line, texts);
     if (!s) s = image_png_write(t->session.options->output, t->width, t->height, rgb, texts, count);
-    free(light);
     free(rgb);
     return s;
-}
-
-static status check_options(const struct options *o, const struct trial *t)
-{
-    if (o->stats) {
-        log_error("--stats: not with --mode reference, which uses no GPU");
-        return ERR_ARGUMENT;
-    }
-    if (t->width * t->samples <= SIZE_MAX_PX && t->height * t->samples <= SIZE_MAX_PX) return OK;
-    log_error("--size %dx%d --samples %d: more than %d rays across", t->width, t->height,
-              t->samples, SIZE_MAX_PX);
-    return ERR_ARGUMENT;
 }
 
 status command_reference(const struct options *o, bool exr)
@@ -199,7 +143,7 @@ status command_reference(const struct options *o, bool exr)
     struct trial t = {.width = o->width ? o->width : WIDTH,
                       .height = o->height ? o->height : HEIGHT,
                       .samples = !exr && o->samples ? o->samples : 1};
-    status s = check_options(o, &t);
+    status s = reference_check_options(o, t.width, t.height, t.samples);
     if (!s) s = open_trial(o, &t);
     if (!s) s = exr ? write_exr(&t) : write_png(&t);
     close_trial(&t);

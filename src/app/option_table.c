@@ -105,11 +105,11 @@ const struct option_spec option_table[] = {
      "show only what the data says, no synthesised detail"},
 
     {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"),
-     "spherical clipmap (default); render: or reference, a ray caster in double precision"},
-    {"zoom", 0, R, GROUP_METHOD, VALUE(option_zoom, "Z"),
+     "spherical clipmap (default); render, fly: or reference, a ray caster in double precision"},
+    {"zoom", 0, R | F, GROUP_METHOD, VALUE(option_zoom, "Z"),
      "with --mode reference: cast against heights of this zoom, 0..24, of the finest one stored, or auto: "
      "finer with nearness, by --zoom-error (default)"},
-    {"zoom-error", 0, R, GROUP_METHOD, NUMBER(zoom_error_px, 1e-4, 100, "PX"),
+    {"zoom-error", 0, R | F, GROUP_METHOD, NUMBER(zoom_error_px, 1e-4, 100, "PX"),
      "with --zoom auto: how far the heights may be from endlessly refined ones, in pixels (default 0.05)"},
     {"transform", 0, V | R | F, GROUP_METHOD, VALUE(option_transform, "NAME"),
      "stable (default), exact, approx or blend"},

@@ -114,12 +114,12 @@ status option_texcoord(struct options *o, const char *name, const char *value)
 status option_mode(struct options *o, const char *name, const char *value)
 {
     static const char *const names[] = {"spherical", "reference"};
-    bool render = o->command == COMMAND_RENDER;
-    int found = find_name(value, names, render ? 2 : 1);
+    bool view = o->command == COMMAND_VIEW;
+    int found = find_name(value, names, view ? 1 : 2);
     if (found < 0)
         return refuse(name, value,
-                      render ? "spherical or reference"
-                             : "spherical (reference: perigee render only)");
+                      view ? "spherical (reference: perigee render and fly only)"
+                           : "spherical or reference");
     o->reference = found == 1;
     return OK;
 }

@@ -157,10 +157,10 @@ static status create_single(struct task *t)
 static void log_ground(const struct sight *s)
 {
     sight_ground g = s->ground;
-    if (s->params.zoom != SIGHT_AUTO) log_info("reference: heights of zoom %d", g.zoom_min);
+    if (s->params.zoom != SIGHT_AUTO) log_debug("reference: heights of zoom %d", g.zoom_min);
     else if (g.error_px <= s->params.error_px)
-        log_info("reference: heights of zooms %d to %d by distance, within %.2g px of the limit",
-                 g.zoom_min, g.zoom_max, g.error_px);
+        log_debug("reference: heights of zooms %d to %d by distance, within %.2g px of the limit",
+                  g.zoom_min, g.zoom_max, g.error_px);
     else
         log_warn("reference: heights of zooms %d to %d by distance, only within %.2g px of the "
                  "limit where the ground is steepest (wanted: %g px)",

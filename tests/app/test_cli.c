@@ -469,6 +469,35 @@ static void test_fly(void **state)
     assert_true(lit("f/001.png", 64, 48));
 }
 
+// The reference needs no GPU; its frames are the same when a flight goes on.
+static void test_reference(void **state)
+{
+    (void)state;
+    expect_good("render hills.planet --mode reference --size 40x30 -o ref.png");
+    assert_non_null(strstr(answer.err, "by distance, within"));
+    assert_true(lit("ref.png", 40, 30));
+    expect_good("render hills.planet --mode reference --zoom stored --size 40x30 -o ref.exr");
+    assert_non_null(strstr(answer.err, "heights of zoom"));
+    assert_null(strstr(answer.err, "by distance"));
+    expect_good("fly -q hills.planet --mode reference --path short.json --fps 2 --size 40x30 "
+                "-o r/%d.png");
+    static char first[TEXT_SIZE], again[TEXT_SIZE];
+    size_t size = read_bytes("r/1.png", first);
+    assert_true(lit("r/1.png", 40, 30));
+    unlink("r/1.png");
+    expect_good("fly -q hills.planet --mode reference --path short.json --fps 2 --size 40x30 "
+                "-o r/%d.png --resume --threads 3");
+    assert_int_equal(read_bytes("r/1.png", again), size);
+    assert_memory_equal(first, again, size);
+    run("fly -q hills.planet --mode reference --path short.json --stats s -o r/%d.png");
+    assert_int_equal(answer.status, 1);
+    assert_non_null(strstr(answer.err, "--stats"));
+    run("render -q hills.planet --mode reference --zoom 24 -o never.png");
+    assert_int_equal(answer.status, 1);
+    assert_non_null(strstr(answer.err, "tiles of zoom 24"));
+    assert_int_equal(access("never.png", F_OK), -1);
+}
+
 // The same flight gives the same files, whatever the number of workers.
 static void test_same_frames(void **state)
 {
@@ -530,6 +559,7 @@ int main(void)
         cmocka_unit_test(test_render),
         cmocka_unit_test(test_timeout),
         cmocka_unit_test(test_fly),
+        cmocka_unit_test(test_reference),
         cmocka_unit_test(test_same_frames),
         cmocka_unit_test(test_interrupt),
     };
