@@ -12,6 +12,7 @@
 
 struct spherical {
     ring_params rings;
+    bool any_level; // as in the parameters
     GLuint ring_buffer, place_buffer, index_buffer, cell_buffer, vertex_array;
     GLuint place_program, mesh_program;
     int cells;
@@ -118,6 +119,7 @@ status spherical_create(const spherical_params *params, struct spherical **out)
 {
     struct spherical *s = NEW(struct spherical);
     s->rings = params->rings;
+    s->any_level = params->any_level;
     s->cells = cell_count(&s->rings);
     size_t cells = (size_t)s->cells;
     s->placed = NEW_ARRAY(uint64_t, cells);
@@ -219,11 +221,23 @@ static void select_cell(struct spherical *s, int cell, bool fill, struct selecti
     w[3] = v.columns;
 }
 
+static void band_heights(const struct spherical *s, const struct windows *w, int level, double *low,
+                         double *high)
+{
+    windows_height_bounds(w, level, low, high);
+    for (int i = level - 1; s->any_level && i >= 0; i--) {
+        double lower, higher;
+        windows_height_bounds(w, i, &lower, &higher);
+        *low = lower < *low ? lower : *low;
+        *high = higher > *high ? higher : *high;
+    }
+}
+
 static void select_band(struct spherical *s, const struct windows *w, const cell_view *view,
                         int level, int band, int last, bool cull, struct selection *sel)
 {
     double low, high;
-    windows_height_bounds(w, level < last ? level : last, &low, &high);
+    band_heights(s, w, level < last ? level : last, &low, &high);
     bool fill = level == s->rings.levels;
     for (int k = 0; k < CELL_SECTORS; k++) {
         int cell = cell_index(level, band, k);

@@ -16,6 +16,9 @@ struct spherical;
 typedef struct spherical_params {
     ring_params rings;
     const char *defines; // text put before the shaders
+    // The transform may be off by more than a level's window (the paper's are, near the ground), so
+    // that a height can come from any coarser level.
+    bool any_level;
 } spherical_params;
 
 struct spherical_counts {

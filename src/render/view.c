@@ -79,7 +79,8 @@ static status create_parts(perigee_view *v)
     spherical_params g = {.rings = {.azimuth_steps = v->params.azimuth_steps,
                                     .rings_per_level = v->params.rings_per_level,
                                     .levels = v->params.levels},
-                          .defines = defines};
+                          .defines = defines,
+                          .any_level = v->params.transform != PERIGEE_TRANSFORM_STABLE};
     status s = windows_create(&w, &v->windows);
     if (!s) windows_fill_coarsest(v->windows, 5);
     if (!s) s = spherical_create(&g, &v->spherical);

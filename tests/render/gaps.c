@@ -1,0 +1,122 @@
+#include "render/gaps.h"
+
+const char *const gaps_border_names[GAPS_BORDERS] = {"level border", "fill", "sector",
+                                                     "seam",         "pole", "antimeridian"};
+
+void gaps_read(perigee_view *view, struct gaps_frame *f)
+{
+    perigee_stats stats;
+    perigee_view_get_stats(view, &stats);
+    f->late = stats.needs_redraw;
+    f->last_level = (int)stats.last_level;
+    perigee_planes planes = {.z_m = f->z, .lat_deg = f->lat, .lon_deg = f->lon};
+    perigee_triangles triangles = {.triangle = f->triangle, .level = f->level, .sector = f->sector};
+    assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+    assert_int_equal(perigee_view_read_triangles(view, &triangles), 0);
+}
+
+static bool must_show(const double o[3], const double d[3])
+{
+    double a = 6378137.0 - ANALYTIC_HEIGHT_MAX - 1, b = 6356752.314245179 - ANALYTIC_HEIGHT_MAX - 1;
+    double x[3] = {o[0] / a, o[1] / a, o[2] / b}, v[3] = {d[0] / a, d[1] / a, d[2] / b};
+    double vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2],
+           xv = x[0] * v[0] + x[1] * v[1] + x[2] * v[2];
+    double xx = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    return xv < 0 && xv * xv - vv * (xx - 1) > 0;
+}
+
+// Distance along the axis of the ground that two opposite neighbours of pixel k both show, about
+// equally far, when k shows nothing as near; else 0.
+static double covered_by(const struct gaps_frame *f, int k, int step)
+{
+    double a = f->z[k - step], b = f->z[k + step], far = fmax(a, b);
+    if (isnan(a) || isnan(b) || far > 1.02 * fmin(a, b)) return 0;
+    return isnan(f->z[k]) || f->z[k] > 1.1 * far ? far : 0;
+}
+
+// Is the ground there, as near as `far`, all around the pixel?
+static bool solid(const perigee_camera *c, int k, double far)
+{
+    double x = k % GAPS_WIDTH + 0.5, y = k / GAPS_WIDTH + 0.5;
+    for (int i = 0; i < 9; i++) {
+        double o[3], d[3];
+        scene_ray(c, GAPS_WIDTH, GAPS_HEIGHT, x + i % 3 - 1, y + i / 3 % 3 - 1, o, d);
+        double t = scene_trace(o, d);
+        if (isnan(t) || t > 1.03 * far) return false;
+    }
+    return true;
+}
+
+static bool cracked(const perigee_camera *c, const struct gaps_frame *f, int k)
+{
+    int x = k % GAPS_WIDTH, y = k / GAPS_WIDTH;
+    if (x == 0 || y == 0 || x == GAPS_WIDTH - 1 || y == GAPS_HEIGHT - 1) return false;
+    double far = fmax(covered_by(f, k, 1), covered_by(f, k, GAPS_WIDTH));
+    return far > 0 && solid(c, k, far);
+}
+
+struct gaps_counts gaps_find(const perigee_camera *c, const struct gaps_frame *f)
+{
+    struct gaps_counts n = {0};
+    for (int k = 0; k < GAPS_PIXELS; k++) {
+        double o[3], d[3];
+        scene_ray(c, GAPS_WIDTH, GAPS_HEIGHT, k % GAPS_WIDTH + 0.5, k / GAPS_WIDTH + 0.5, o, d);
+        bool inside = must_show(o, d), sky = isnan(f->z[k]);
+        n.inside += inside;
+        n.background += inside && sky;
+        n.cracks += cracked(c, f, k);
+        n.unidentified += sky != (f->triangle[k] == 0);
+    }
+    return n;
+}
+
+static bool seam_between(int a, int b)
+{
+    return (a == 31 && b == 0) || (a == 0 && b == 31) || (a == 15 && b == 16) ||
+           (a == 16 && b == 15);
+}
+
+static bool meets(const struct gaps_frame *f, int a, int b, enum gaps_border border)
+{
+    int level = abs(f->level[a] - f->level[b]), deeper = f->level[a] > f->level[b] ? a : b;
+    bool fill = f->level[deeper] > f->last_level;
+    int turn = abs(f->sector[a] - f->sector[b]);
+    switch (border) {
+    case GAPS_LEVEL:
+        return level == 1 && !fill;
+    case GAPS_FILL:
+        return level == 1 && fill;
+    case GAPS_SECTOR:
+        return turn == 1 && !seam_between(f->sector[a], f->sector[b]);
+    case GAPS_SEAM:
+        return seam_between(f->sector[a], f->sector[b]);
+    case GAPS_ANTIMERIDIAN:
+        return fabs(f->lon[a] - f->lon[b]) > 359;
+    default:
+        return false;
+    }
+}
+
+static int quarters_met(const struct gaps_frame *f)
+{
+    int seen = 0;
+    for (int y = GAPS_HEIGHT / 3; y < GAPS_HEIGHT * 2 / 3; y++)
+        for (int x = GAPS_WIDTH / 3; x < GAPS_WIDTH * 2 / 3; x++)
+            if (f->triangle[y * GAPS_WIDTH + x])
+                seen |= 1 << ((int)floor((f->lon[y * GAPS_WIDTH + x] + 180) / 90) & 3);
+    return seen == 15 ? 4 : 0;
+}
+
+int gaps_met(const struct gaps_frame *f, enum gaps_border border)
+{
+    if (border == GAPS_POLE) return quarters_met(f);
+    int pairs = 0;
+    for (int y = GAPS_HEIGHT / 3; y < GAPS_HEIGHT * 2 / 3; y++) {
+        for (int x = GAPS_WIDTH / 3; x < GAPS_WIDTH * 2 / 3; x++) {
+            int k = y * GAPS_WIDTH + x, next[2] = {k + 1, k + GAPS_WIDTH};
+            for (int i = 0; i < 2; i++)
+                pairs += f->triangle[k] && f->triangle[next[i]] && meets(f, k, next[i], border);
+        }
+    }
+    return pairs;
+}
