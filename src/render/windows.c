@@ -13,7 +13,7 @@
 #include "base/vec.h"
 #include "gpu/program.h"
 
-enum { MAX_COLOR_LEVELS = 18, MAX_PENDING = 64 };
+enum { MAX_COLOR_LEVELS = 18, COLOR_LEVELS_BEYOND = 2, MAX_PENDING = 64 };
 
 // A level filled from nothing fades in over this time; what joins a level already shown grows in at
 // up to GROWTH windows a second, so that catching up is a moving ramp and not a jump.
@@ -82,11 +82,13 @@ static status create_layers(struct windows *w, const windows_params *p)
     status s = clipmap_create(p->pyramid, p->pool, &c, &w->height.clipmap);
     if (s) return s;
 
-    // Colour finer than the data would only repeat it: level i lies at zoom i + 1.
+    // Level i lies at zoom i + 1. Two levels more than the data have: a window's columns may be
+    // four times as wide as the data's (a ring of half the circle or more), and what is seen from
+    // near would lose detail where a coarse ring's share of the circle doubles.
     int finest = meta->max_zoom[LAYER_COLOR] > meta->max_zoom[LAYER_NIGHT]
                      ? meta->max_zoom[LAYER_COLOR]
                      : meta->max_zoom[LAYER_NIGHT];
-    int wanted = finest < 2 ? 2 : finest;
+    int wanted = finest < 0 ? 2 : finest + COLOR_LEVELS_BEYOND;
     c.layer = LAYER_COLOR;
     c.shape = WINDOW_COLOR;
     c.levels = wanted < p->levels ? wanted : p->levels;
@@ -203,10 +205,11 @@ static bool whole_circle(const window *held)
     return held->share == 0;
 }
 
-// Normals of `rect` and of the samples around it, as far as they are valid.
+// Normals of `rect` and of the samples around it that see it (REACH_MAX of normals.comp), as far as
+// they are valid.
 static void compute_normals(struct windows *w, const clipmap_level *l, int level, window_rect rect)
 {
-    rect = (window_rect){rect.row0 - 1, rect.row1 + 1, rect.col0 - 1, rect.col1 + 1};
+    rect = (window_rect){rect.row0 - 1, rect.row1 + 1, rect.col0 - 5, rect.col1 + 5};
     rect = window_rect_intersect(rect, l->valid);
     if (window_rect_empty(rect)) return;
     const window *held = &l->held;
