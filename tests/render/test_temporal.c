@@ -1,0 +1,370 @@
+// Nothing pops and nothing swims. Frames on both sides of every place where the renderer changes
+// its levels or windows, a millionth of a step apart, are the same within bounds; along flights the
+// picture changes as the reference's does; a fixed point of the ground stays where it is. Bounds
+// are two to three times what was measured (tests/ACCURACY.md, 6).
+#include "render/temporal.h"
+
+#include <unistd.h>
+
+#include "clipmap/window.h"
+
+static const double RAD = M_PI / 180;
+
+static void show(const char *name, const temporal_change *c)
+{
+    print_message("%-34s: %.4f %.4f %.4f px, colour %.3f %.2f %.2f / 255, %d pixels, %d at "
+                  "silhouettes\n",
+                  name, c->rms_px, c->p999_px, c->worst_px, c->rms, c->p999, c->worst, c->compared,
+                  c->silhouette);
+}
+
+static int last_level(const temporal_scene *s, const perigee_camera *c)
+{
+    perigee_stats stats;
+    scene_bind(TEMPORAL_WIDTH, TEMPORAL_HEIGHT);
+    assert_int_equal(perigee_view_set_camera(s->view, c), 0);
+    assert_int_equal(perigee_view_render(s->view, TEMPORAL_WIDTH, TEMPORAL_HEIGHT), 0);
+    perigee_view_get_stats(s->view, &stats);
+    return (int)stats.last_level;
+}
+
+// The heights above ground between which the finest level changes to `level` or finer, 1e-7 apart.
+static void find_switch(const temporal_scene *s, perigee_camera c, double ground, int level,
+                        double *low, double *high)
+{
+    *low = 1;
+    *high = 4e7;
+    while (*high / *low - 1 > 1e-7) {
+        double middle = sqrt(*low * *high);
+        c.alt_m = ground + middle;
+        if (last_level(s, &c) >= level) *low = middle;
+        else *high = middle;
+    }
+}
+
+// Straight down through the switches of the finest level. Looking 25 degrees off the nadir, where
+// the new level lies in the picture and its heights are seen.
+static void test_level_switches(void **state)
+{
+    (void)state;
+    static temporal_picture a, b;
+    temporal_scene s = temporal_open(temporal_rough(), true, NULL);
+    perigee_camera c = {
+        .lat_deg = 31, .lon_deg = 12, .heading_deg = 40, .pitch_deg = -65, .fov_deg = 60};
+    double ground = temporal_ground(&s, c.lat_deg, c.lon_deg);
+    for (int level = 4; level <= 20; level += 4) {
+        double low, high;
+        char name[64];
+        find_switch(&s, c, ground, level, &low, &high);
+        c.alt_m = ground + high;
+        int above = temporal_see(&s, &c, &a);
+        c.alt_m = ground + low;
+        assert_int_equal(temporal_see(&s, &c, &b), above + 1);
+        temporal_change change = temporal_compare(&s, &c, &a, &b, NULL, NULL);
+        snprintf(name, sizeof name, "level %d to %d at %.4g m", above, above + 1, low);
+        show(name, &change);
+        assert_true(change.worst_px <= 0.05);
+        assert_true(change.rms <= 0.03);
+        assert_true(change.worst <= 0.5);
+    }
+    temporal_close(&s);
+}
+
+static int share_at(const window_shape *shape, int level, double lat)
+{
+    return window_at(shape, level, lat, 0, 6378137.0 / 6356752.314245179).share;
+}
+
+// The latitudes (rad) next above `from` between which the share of a level's window changes.
+static bool find_share(const window_shape *shape, int level, double from, double *low, double *high)
+{
+    const double step = 0.01 * RAD;
+    int share = share_at(shape, level, from);
+    for (*low = from; *low < 89.5 * RAD; *low += step)
+        if (share_at(shape, level, *low + step) != share) break;
+    *high = *low + step;
+    if (*low >= 89.5 * RAD) return false;
+    while (*high - *low > 1e-11) {
+        double middle = 0.5 * (*low + *high);
+        if (share_at(shape, level, middle) == share) *low = middle;
+        else *high = middle;
+    }
+    return true;
+}
+
+// Northwards over the latitudes where a window's columns become twice as wide.
+static void test_shares(void **state)
+{
+    (void)state;
+    static temporal_picture a, b;
+    temporal_scene s = temporal_open(temporal_rough(), true, NULL);
+    const window_shape shape = window_height_shape(256);
+    const struct {
+        int level;
+        double from_deg;
+    } shares[] = {{6, 50}, {8, 50}, {10, 50}, {12, 50}, {10, 70}, {9, 80}, {11, 87}};
+    for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
+        double low, high;
+        char name[64];
+        assert_true(find_share(&shape, shares[i].level, shares[i].from_deg * RAD, &low, &high));
+        perigee_camera c = {.lat_deg = low / RAD,
+                            .lon_deg = 12,
+                            .heading_deg = 40,
+                            .pitch_deg = -25,
+                            .fov_deg = 60};
+        c.alt_m = temporal_ground(&s, c.lat_deg, c.lon_deg) + 3000;
+        temporal_see(&s, &c, &a);
+        c.lat_deg = high / RAD;
+        temporal_see(&s, &c, &b);
+        temporal_change change = temporal_compare(&s, &c, &a, &b, NULL, NULL);
+        snprintf(name, sizeof name, "share of level %d at %.3f N", shares[i].level, c.lat_deg);
+        show(name, &change);
+        assert_true(change.worst_px <= 0.06);
+        assert_true(change.rms <= 0.45);
+        assert_true(change.p999 <= 2.6);
+    }
+    temporal_close(&s);
+}
+
+// The same for the imagery of the default Earth, seen from 300 km.
+static void test_imagery_shares(void **state)
+{
+    (void)state;
+    static temporal_picture a, b;
+    if (access(EARTH_PLANET, R_OK)) {
+        print_message("%s: not there, nothing tested\n", EARTH_PLANET);
+        skip();
+    }
+    temporal_scene s = temporal_open(EARTH_PLANET, true, NULL);
+    const window_shape shape = WINDOW_COLOR;
+    for (int level = 2; level <= 4; level++) {
+        double low, high;
+        char name[64];
+        assert_true(find_share(&shape, level, 40 * RAD, &low, &high));
+        perigee_camera c = {.lat_deg = low / RAD,
+                            .lon_deg = 10,
+                            .alt_m = 3e5,
+                            .heading_deg = 40,
+                            .pitch_deg = -60,
+                            .fov_deg = 60};
+        temporal_see(&s, &c, &a);
+        c.lat_deg = high / RAD;
+        temporal_see(&s, &c, &b);
+        temporal_change change = temporal_compare(&s, &c, &a, &b, NULL, NULL);
+        snprintf(name, sizeof name, "imagery of level %d at %.3f N", level, c.lat_deg);
+        show(name, &change);
+        assert_true(change.rms <= 3);
+        assert_true(change.p999 <= 24);
+    }
+    temporal_close(&s);
+}
+
+// Flights over planets whose ground is known in closed form. Steps move the picture by a pixel or
+// two; on the ground by up to thirty.
+enum { FRAMES = 4 };
+
+typedef void (*flight)(int i, perigee_camera *c);
+
+static void over_the_pole(int i, perigee_camera *c)
+{
+    temporal_cross_pole(c, 1, 25, 0.2 * (i - 2.5));
+    c->alt_m = 30000;
+}
+
+static void over_the_south_pole(int i, perigee_camera *c)
+{
+    temporal_cross_pole(c, -1, 115, 0.2 * (i - 3));
+    c->alt_m = 30000;
+}
+
+static void over_the_antimeridian(int i, perigee_camera *c)
+{
+    *c = (perigee_camera){.lat_deg = 35, .lon_deg = 180 + 0.2 * (i - 2.5), .alt_m = 30000};
+    c->heading_deg = 80;
+}
+
+static void down(int i, perigee_camera *c)
+{
+    *c = (perigee_camera){.lat_deg = -20, .lon_deg = 70, .heading_deg = 120};
+    c->alt_m = analytic_height(-20 * RAD, 70 * RAD) + 20000 * pow(0.98, i);
+}
+
+static void along_the_ground(int i, perigee_camera *c)
+{
+    double metre = 1 / (6.37e6 * RAD);
+    *c = (perigee_camera){.lat_deg = 10 + 0.1 * i * metre, .lon_deg = 33, .heading_deg = 0};
+    c->alt_m = analytic_height(c->lat_deg * RAD, c->lon_deg * RAD) + 2;
+}
+
+static const struct {
+    const char *name;
+    flight at;
+    double pitch;
+    const char *(*planet)(void);
+    int zoom;         // of the reference: its facets are too small to see
+    double rms, p999; // by which the colour may change more than the reference's, 1/255
+} flights[] = {
+    {"over the north pole", over_the_pole, -35, temporal_pebble, -1, 0.3, 1},
+    {"over the south pole", over_the_south_pole, -35, temporal_pebble, -1, 0.3, 1},
+    {"over the antimeridian", over_the_antimeridian, -35, temporal_pebble, -1, 0.3, 1},
+    {"down", down, -60, temporal_pebble, -1, 0.8, 6},
+    {"0.1 m steps on the ground", along_the_ground, -20, temporal_analytic, 9, 0.2, 1},
+};
+enum { FLIGHTS = sizeof flights / sizeof *flights };
+
+static void test_flights_change_as_the_reference(void **state)
+{
+    (void)state;
+    static temporal_picture seen[2], truth[2];
+    for (int f = 0; f < FLIGHTS; f++) {
+        temporal_scene s = temporal_open(flights[f].planet(), false, NULL);
+        for (int i = 0; i < FRAMES; i++) {
+            perigee_camera c;
+            flights[f].at(i, &c);
+            c.pitch_deg = flights[f].pitch;
+            c.fov_deg = 60;
+            temporal_see(&s, &c, &seen[i % 2]);
+            temporal_see_reference(&s, &c, flights[f].zoom, &truth[i % 2]);
+            if (i == 0) continue;
+            const temporal_picture *a = &seen[(i + 1) % 2], *b = &seen[i % 2],
+                                   *ra = &truth[(i + 1) % 2], *rb = &truth[i % 2];
+            temporal_change frame = temporal_compare(&s, &c, a, b, NULL, NULL),
+                            own = temporal_compare(&s, &c, ra, rb, NULL, NULL),
+                            excess = temporal_compare(&s, &c, a, b, ra, rb);
+            show(flights[f].name, &frame);
+            show("  the reference", &own);
+            show("  beyond it", &excess);
+            assert_true(frame.rms <= own.rms + flights[f].rms);
+            assert_true(frame.p999 <= own.p999 + flights[f].p999);
+            assert_true(excess.rms <= flights[f].rms);
+            assert_true(excess.p999 <= flights[f].p999);
+            assert_true(excess.worst_px <= 0.1);
+        }
+        temporal_close(&s);
+    }
+}
+
+// Points of the ground spread over what a camera sees, at distances from half to twenty times its
+// height above ground.
+enum { POINTS = 40, STEPS = 12 };
+
+struct track {
+    double lat, lon, height, last;
+};
+
+static void lay_points(const temporal_scene *s, const perigee_camera *c, struct track *t,
+                       bool exact)
+{
+    double above = c->alt_m - temporal_ground(s, c->lat_deg, c->lon_deg), a = s->ellipsoid.a;
+    for (int k = 0; k < POINTS; k++) {
+        double far = above * 0.5 * pow(40, (k + 0.5) / POINTS) / a,
+               turn = c->heading_deg * RAD + 0.5 * sin(2.4 * k);
+        double lat = c->lat_deg * RAD, lon = c->lon_deg * RAD;
+        // Great circle, so that a pole is no special place.
+        double sine = sin(lat) * cos(far) + cos(lat) * sin(far) * cos(turn);
+        t[k].lat = asin(fmin(fmax(sine, -1), 1));
+        t[k].lon = lon + atan2(sin(turn) * sin(far) * cos(lat), cos(far) - sin(lat) * sine);
+        t[k].height = exact ? analytic_height(t[k].lat, t[k].lon)
+                            : temporal_ground(s, t[k].lat / RAD, t[k].lon / RAD);
+        t[k].last = NAN;
+    }
+}
+
+struct swim {
+    double sum, worst, jump_sum, jump; // px: deviation, and its change from frame to frame
+    int count, jumps;
+};
+
+static void follow(const temporal_scene *s, const perigee_camera *c, struct track *t,
+                   struct swim *w)
+{
+    static temporal_picture frame;
+    temporal_see(s, c, &frame);
+    for (int k = 0; k < POINTS; k++) {
+        double e = temporal_deviation(s, c, &frame, t[k].lat, t[k].lon, t[k].height);
+        double jump = fabs(e - t[k].last);
+        t[k].last = e;
+        if (isnan(e)) continue;
+        w->count++;
+        w->sum += e * e;
+        w->worst = fmax(w->worst, fabs(e));
+        if (isnan(jump)) continue;
+        w->jumps++;
+        w->jump_sum += jump * jump;
+        w->jump = fmax(w->jump, jump);
+    }
+}
+
+static void show_swim(const char *name, const struct swim *w)
+{
+    print_message("%-28s: off by %.4f rms, %.4f px at most (%d); moves by %.4f rms, %.4f px at "
+                  "most (%d)\n",
+                  name, sqrt(w->sum / w->count), w->worst, w->count, sqrt(w->jump_sum / w->jumps),
+                  w->jump, w->jumps);
+}
+
+static void test_points_stay(void **state)
+{
+    (void)state;
+    for (int f = 0; f < FLIGHTS; f++) {
+        temporal_scene s = temporal_open(flights[f].planet(), false, NULL);
+        struct track t[POINTS];
+        struct swim w = {0};
+        for (int i = 0; i < STEPS; i++) {
+            perigee_camera c;
+            flights[f].at(i, &c);
+            c.pitch_deg = flights[f].pitch;
+            c.fov_deg = 60;
+            if (i == 0) lay_points(&s, &c, t, true);
+            follow(&s, &c, t, &w);
+        }
+        show_swim(flights[f].name, &w);
+        assert_true(w.count > POINTS * STEPS / 4);
+        assert_true(w.worst <= 0.1);
+        temporal_close(&s);
+    }
+}
+
+// Rough ground, synthesised down to centimetres: what the sliding rings make of detail as fine as
+// they are.
+static void test_rough_ground(void **state)
+{
+    (void)state;
+    temporal_scene s = temporal_open(temporal_rough(), true, NULL);
+    const struct {
+        double above, step;
+    } walks[] = {{300000, 500}, {10000, 20}, {300, 0.5}, {20, 0.1}, {2, 0.1}};
+    for (size_t f = 0; f < sizeof walks / sizeof *walks; f++) {
+        struct track t[POINTS];
+        struct swim w = {0};
+        char name[64];
+        perigee_camera c = {.lon_deg = 12, .heading_deg = 0, .pitch_deg = -25, .fov_deg = 60};
+        double ground = temporal_ground(&s, 31, 12);
+        for (int i = 0; i < STEPS; i++) {
+            c.lat_deg = 31 + walks[f].step * i / 6.37e6 / RAD;
+            c.alt_m = ground + walks[f].above;
+            if (i == 0) lay_points(&s, &c, t, false);
+            follow(&s, &c, t, &w);
+        }
+        snprintf(name, sizeof name, "%g m above, %g m a frame", walks[f].above, walks[f].step);
+        show_swim(name, &w);
+        assert_true(w.count > POINTS * STEPS / 4);
+        assert_true(w.worst <= 0.3);
+        assert_true(w.jump <= 0.12);
+    }
+    temporal_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_level_switches),
+        cmocka_unit_test(test_shares),
+        cmocka_unit_test(test_imagery_shares),
+        cmocka_unit_test(test_flights_change_as_the_reference),
+        cmocka_unit_test(test_points_stay),
+        cmocka_unit_test(test_rough_ground),
+    };
+    int rc = scene_open();
+    return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
+}
