@@ -34,17 +34,17 @@ float window_height(int level, vec2 place)
 #ifdef HARDWARE_FILTER
     return textureLod(height_windows, vec3((place.yx + torus.yx) / vec2(size), float(level)), 0.0).r;
 #else
-    vec2 p = place - 0.5;
-    vec2 base = floor(p);
-    vec2 f = p - base;
-    ivec2 rc = ivec2(base);
-    float h00 = texelFetch(height_windows, ivec3(window_texel(rc, torus, size), level), 0).r;
-    float h01 = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(0, 1), torus, size), level), 0).r;
-    float h10 = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(1, 0), torus, size), level), 0).r;
-    float h11 = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(1, 1), torus, size), level), 0).r;
-    float north = h00 * (1.0 - f.y) + h01 * f.y;
-    float south = h10 * (1.0 - f.y) + h11 * f.y;
-    return north * (1.0 - f.x) + south * f.x;
+    // From the nearest sample, so that only what the others differ by is weighed, by a half at most: one rounding at the
+    // height's own size, and level ground stays level to the last bit.
+    vec2 nearest = floor(place), f = place - nearest - 0.5;
+    ivec2 rc = ivec2(nearest), aside = ivec2(f.x < 0.0 ? -1 : 1, f.y < 0.0 ? -1 : 1);
+    f = abs(f);
+    float h = texelFetch(height_windows, ivec3(window_texel(rc, torus, size), level), 0).r;
+    float h_row = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(aside.x, 0), torus, size), level), 0).r;
+    float h_col = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(0, aside.y), torus, size), level), 0).r;
+    float h_both = texelFetch(height_windows, ivec3(window_texel(rc + aside, torus, size), level), 0).r;
+    float d_row = h_row - h, d_col = h_col - h;
+    return h + (f.x * d_row + f.y * (d_col + f.x * (h_both - h_col - d_row)));
 #endif
 }
 
@@ -57,16 +57,19 @@ float transition_to_coarser(float f)
 // Height in metres at a place, `level` whole, `coarser` the share of the next coarser level (level 0 has none).
 float chain_height(vec2 dlonlat, int level, float coarser)
 {
-    float sum = 0.0, rest = 1.0, keep = level == 0 ? 1.0 : 1.0 - coarser;
+    // The finest height there is, and what the coarser ones differ by: as in window_height.
+    float finest = 0.0, sum = 0.0, rest = 1.0, keep = level == 0 ? 1.0 : 1.0 - coarser;
     for (int i = level; i >= 0; i--) {
         vec2 place = window_place(levels.height_map[i], dlonlat);
         float w = keep * window_weight(levels.height_valid[i], levels.height_torus[i].z, place);
         keep = 1.0;
         if (w > 0.0) {
-            sum += rest * w * window_height(i, place);
+            float h = window_height(i, place);
+            if (rest == 1.0) finest = h;
+            sum += rest * w * (h - finest);
             rest *= 1.0 - w;
         }
         if (rest <= 0.0) break;
     }
-    return sum;
+    return finest + (sum - rest * finest);
 }
