@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#define PI_EXACT 3.14159265358979323846264338327950288L
-
 void ring_truth_focus(const struct truth_focus *f, exact u[3])
 {
     u[0] = sinl(f->colatitude);

@@ -13,6 +13,8 @@
 
 typedef long double exact;
 
+#define PI_EXACT 3.14159265358979323846264338327950288L
+
 // A focus by its distance from the nearer pole, reduced, rad; hemisphere +1 (north) or -1. So
 // places near a pole keep their digits.
 struct truth_focus {
