@@ -86,7 +86,7 @@ static status write_exr(struct trial *t)
 {
     const struct options *o = t->session.options;
     size_t n = (size_t)t->width * (size_t)t->height;
-    float *f = plane_memory(t, 6 * sizeof *f);
+    float *f = plane_memory(t, 9 * sizeof *f);
     double *d = f ? plane_memory(t, 2 * sizeof *d) : NULL;
     status s = f && d ? OK : ERR_MEMORY;
     if (!s) {
@@ -97,7 +97,10 @@ static status write_exr(struct trial *t)
                                    .height_m = f + 4 * n,
                                    .lat_deg = d,
                                    .lon_deg = d + n,
-                                   .level = f + 5 * n};
+                                   .level = f + 5 * n,
+                                   .nx = f + 6 * n,
+                                   .ny = f + 7 * n,
+                                   .nz = f + 8 * n};
         char zoom[ZOOM_TEXT_SIZE];
         image_exr image = {.width = t->width,
                            .height = t->height,
@@ -113,7 +116,8 @@ static status write_exr(struct trial *t)
                            .camera = t->camera,
                            .planet = t->session.info.name,
                            .attribution = t->session.info.attribution,
-                           .zoom = zoom};
+                           .zoom = zoom,
+                           .normals = {planes.nx, planes.ny, planes.nz}};
         reference_params params = params_of(t);
         s = finish(t, reference_render(&params, &planes));
         name_zoom(t, zoom);

@@ -24,6 +24,8 @@ struct channel {
 struct writer {
     const char *path;
     const image_exr *image;
+    struct channel channels[IMAGE_EXR_MAX_PLANES];
+    int count;
     exr_context_t context;
     int file;
     int write_errno;
@@ -62,19 +64,24 @@ static status report(const struct writer *w, exr_result_t code)
     return ERR_IO;
 }
 
-enum { CHANNEL_COUNT = 10, SPLIT_COUNT = 4 };
+enum { SPLIT_COUNT = 4 };
 
-static void list_channels(const image_exr *image, struct channel out[CHANNEL_COUNT])
+// In the order of their names, as in the file.
+static void list_channels(struct writer *w)
 {
+    const image_exr *image = w->image;
     const perigee_planes *p = &image->planes;
-    const struct channel channels[CHANNEL_COUNT] = {
+    const struct channel channels[] = {
         {"B", p->b, NULL, false, image->half_color}, {"G", p->g, NULL, false, image->half_color},
         {"R", p->r, NULL, false, image->half_color}, {"Z", p->z_m, NULL, false, false},
         {"height", p->height_m, NULL, false, false}, {"lat", NULL, p->lat_deg, false, false},
         {"lat.lo", NULL, p->lat_deg, true, false},   {"level", p->level, NULL, false, false},
         {"lon", NULL, p->lon_deg, false, false},     {"lon.lo", NULL, p->lon_deg, true, false},
+        {"nx", image->normals[0], NULL, false, false}, {"ny", image->normals[1], NULL, false, false},
+        {"nz", image->normals[2], NULL, false, false},
     };
-    memcpy(out, channels, sizeof channels);
+    for (size_t i = 0; i < sizeof channels / sizeof channels[0]; i++)
+        if (channels[i].plane || channels[i].wide) w->channels[w->count++] = channels[i];
 }
 
 static exr_result_t set_attributes(const struct writer *w)
@@ -99,7 +106,7 @@ static exr_result_t set_attributes(const struct writer *w)
     return r;
 }
 
-static exr_result_t write_header(const struct writer *w, const struct channel *channels)
+static exr_result_t write_header(const struct writer *w)
 {
     exr_context_t c = w->context;
     int part;
@@ -107,9 +114,9 @@ static exr_result_t write_header(const struct writer *w, const struct channel *c
     if (!r)
         r = exr_initialize_required_attr_simple(c, PART, w->image->width, w->image->height,
                                                 EXR_COMPRESSION_ZIP);
-    for (int i = 0; i < CHANNEL_COUNT && !r; i++)
-        r = exr_add_channel(c, PART, channels[i].name,
-                            channels[i].half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
+    for (int i = 0; i < w->count && !r; i++)
+        r = exr_add_channel(c, PART, w->channels[i].name,
+                            w->channels[i].half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
                             EXR_PERCEPTUALLY_LINEAR, 1, 1);
     if (!r) r = set_attributes(w);
     return r ? r : exr_write_header(c);
@@ -124,16 +131,15 @@ static void split_lines(const double *wide, bool residual, size_t count, float *
     }
 }
 
-static void point_channels(const struct writer *w, const struct channel *channels, int y,
-                           exr_encode_pipeline_t *pipe)
+static void point_channels(const struct writer *w, int y, exr_encode_pipeline_t *pipe)
 {
     size_t width = (size_t)w->image->width, start = (size_t)y * width;
     size_t lines = (size_t)(w->image->height - y < LINES ? w->image->height - y : LINES);
     float *split = w->split;
-    for (int i = 0; i < CHANNEL_COUNT; i++) {
-        const float *from = channels[i].plane ? channels[i].plane + start : split;
-        if (channels[i].wide) {
-            split_lines(channels[i].wide + start, channels[i].residual, lines * width, split);
+    for (int i = 0; i < w->count; i++) {
+        const float *from = w->channels[i].plane ? w->channels[i].plane + start : split;
+        if (w->channels[i].wide) {
+            split_lines(w->channels[i].wide + start, w->channels[i].residual, lines * width, split);
             split += LINES * width;
         }
         exr_coding_channel_info_t *info = &pipe->channels[i];
@@ -145,7 +151,7 @@ static void point_channels(const struct writer *w, const struct channel *channel
     }
 }
 
-static exr_result_t write_chunks(const struct writer *w, const struct channel *channels)
+static exr_result_t write_chunks(const struct writer *w)
 {
     exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
     exr_result_t r = EXR_ERR_SUCCESS;
@@ -155,7 +161,7 @@ static exr_result_t write_chunks(const struct writer *w, const struct channel *c
         if (!r)
             r = y == 0 ? exr_encoding_initialize(w->context, PART, &chunk, &pipe)
                        : exr_encoding_update(w->context, PART, &chunk, &pipe);
-        if (!r) point_channels(w, channels, y, &pipe);
+        if (!r) point_channels(w, y, &pipe);
         if (!r && y == 0) r = exr_encoding_choose_default_routines(w->context, PART, &pipe);
         if (!r) r = exr_encoding_run(w->context, PART, &pipe);
     }
@@ -165,15 +171,13 @@ static exr_result_t write_chunks(const struct writer *w, const struct channel *c
 
 static status write_image(struct writer *w)
 {
-    struct channel channels[CHANNEL_COUNT];
-    list_channels(w->image, channels);
     exr_context_initializer_t settings = EXR_DEFAULT_CONTEXT_INITIALIZER;
     settings.error_handler_fn = on_error;
     settings.user_data = w;
     settings.write_fn = write_bytes;
     exr_result_t r = exr_start_write(&w->context, w->path, EXR_WRITE_FILE_DIRECTLY, &settings);
-    if (!r) r = write_header(w, channels);
-    if (!r) r = write_chunks(w, channels);
+    if (!r) r = write_header(w);
+    if (!r) r = write_chunks(w);
     exr_result_t end = w->context ? exr_finish(&w->context) : EXR_ERR_SUCCESS;
     return report(w, r ? r : end);
 }
@@ -199,14 +203,29 @@ static status write_part(struct writer *w, const char *part)
     return s;
 }
 
+static status write_file(struct writer *w)
+{
+    char part[OUTPUT_PATH_SIZE];
+    status s = output_part(w->path, part);
+    if (s) return s;
+    s = write_part(w, part);
+    if (!s) s = output_commit(w->path);
+    if (s) output_discard(w->path);
+    return s;
+}
+
 status image_exr_write(const char *path, const image_exr *image)
 {
     struct writer w = {.path = path, .image = image};
-    char part[OUTPUT_PATH_SIZE];
-    status s = output_part(path, part);
-    if (s) return s;
-    s = write_part(&w, part);
-    if (!s) s = output_commit(path);
-    if (s) output_discard(path);
-    return s;
+    list_channels(&w);
+    return write_file(&w);
+}
+
+status image_exr_write_planes(const char *path, const image_exr *about,
+                              const image_exr_plane *planes, int count)
+{
+    struct writer w = {.path = path, .image = about, .count = count};
+    for (int i = 0; i < count; i++)
+        w.channels[i] = (struct channel){planes[i].name, planes[i].values, NULL, false, false};
+    return write_file(&w);
 }

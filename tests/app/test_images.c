@@ -145,14 +145,15 @@ static void read_channel(const char *path, const char *name, float *out)
 
 static image_exr exr_of(struct truth *t, bool half)
 {
-    return (image_exr){W,
-                       H,
-                       {t->f[0], t->f[1], t->f[2], t->f[3], t->f[4], t->lat, t->lon, t->f[5]},
-                       half,
-                       {1, 2, 3, 4, 5, 6, 7},
-                       "Earth",
-                       "somebody",
-                       "5 to 13"};
+    return (image_exr){
+        .width = W,
+        .height = H,
+        .planes = {t->f[0], t->f[1], t->f[2], t->f[3], t->f[4], t->lat, t->lon, t->f[5]},
+        .half_color = half,
+        .camera = {1, 2, 3, 4, 5, 6, 7},
+        .planet = "Earth",
+        .attribution = "somebody",
+        .zoom = "5 to 13"};
 }
 
 static void test_exr(void **state)
@@ -208,6 +209,70 @@ static void test_exr_half(void **state)
     lines = 0;
     assert_int_equal(image_exr_write("no-such-folder/a.exr", &image), ERR_IO);
     assert_int_equal(lines, 1);
+}
+
+static void test_exr_read(void **state)
+{
+    (void)state;
+    struct truth *t = truth_make();
+    image_exr image = exr_of(t, false);
+    image_exr_file f;
+    for (int k = 0; k < 3; k++) image.normals[k] = t->f[k];
+    assert_int_equal(image_exr_write("test_read.exr", &image), OK);
+    assert_int_equal(image_exr_read("test_read.exr", &f), OK);
+    assert_int_equal(f.width, W);
+    assert_int_equal(f.height, H);
+    const float *got[] = {f.r, f.g, f.b, f.z_m, f.height_m, f.level};
+    for (int c = 0; c < 6; c++) assert_memory_equal(got[c], t->f[c], sizeof t->f[c]);
+    for (int c = 0; c < 3; c++) assert_memory_equal(f.normals[c], t->f[c], sizeof t->f[c]);
+    assert_true(isnan(f.lat_deg[0]) && isnan(f.lon_deg[0]));
+    for (int i = 1; i < PIXELS; i++) {
+        check_near(f.lat_deg[i], t->lat[i], 1e-12);
+        check_near(f.lon_deg[i], t->lon[i], 1e-12);
+    }
+    assert_true(f.has_camera);
+    check_near(f.camera.alt_m + f.camera.fov_deg, 3 + 7, 0);
+    assert_string_equal(f.planet, "Earth");
+    image_exr_file_deinit(&f);
+    unlink("test_read.exr");
+}
+
+static void expect_unreadable(const char *path, status want, const char *words)
+{
+    image_exr_file f;
+    lines = 0;
+    assert_int_equal(image_exr_read(path, &f), want);
+    if (lines != 1 || !strstr(last, path) || !strstr(last, words))
+        fail_msg("%d lines, '%s' not in: %s", lines, words, last);
+    assert_null(f.z_m);
+}
+
+// Cut at any length, not an EXR, not there, without depth: one message each.
+static void test_exr_unreadable(void **state)
+{
+    (void)state;
+    static uint8_t data[1 << 17];
+    struct truth *t = truth_make();
+    image_exr image = exr_of(t, false);
+    assert_int_equal(image_exr_write("test_cut.exr", &image), OK);
+    size_t size = read_all("test_cut.exr", data, sizeof data);
+    assert_true(size > 10000 && size < sizeof data);
+    for (size_t n = 0; n < size; n += n < 1500 ? 13 : 997) {
+        FILE *f = fopen("test_cut.exr", "wb");
+        fwrite(data, 1, n, f);
+        fclose(f);
+        expect_unreadable("test_cut.exr", ERR_FORMAT, "");
+    }
+    FILE *f = fopen("test_cut.exr", "wb");
+    fputs("This is no picture.", f);
+    fclose(f);
+    expect_unreadable("test_cut.exr", ERR_FORMAT, "not an EXR");
+    const image_exr_plane planes[] = {{"R", t->f[0]}, {"weight", t->f[1]}};
+    assert_int_equal(image_exr_write_planes("test_cut.exr", &image, planes, 2), OK);
+    expect_unreadable("test_cut.exr", ERR_FORMAT, "no channel Z");
+    unlink("test_cut.exr");
+    expect_unreadable("test_cut.exr", ERR_NOT_FOUND, "No such file");
+    expect_unreadable(".", ERR_FORMAT, "");
 }
 
 static void test_contact_sheet(void **state)
@@ -285,6 +350,8 @@ int main(void)
         cmocka_unit_test(test_unwritable),
         cmocka_unit_test(test_exr),
         cmocka_unit_test(test_exr_half),
+        cmocka_unit_test(test_exr_read),
+        cmocka_unit_test(test_exr_unreadable),
         cmocka_unit_test(test_contact_sheet),
         cmocka_unit_test(test_contact_sheet_light),
         cmocka_unit_test(test_pattern),
