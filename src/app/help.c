@@ -8,9 +8,9 @@
 enum { HELP_COLUMN = 28, HELP_WIDTH = 98 };
 
 static const char *const group_titles[GROUP_COUNT] = {
-    [GROUP_IMPORT] = "Import",   [GROUP_CAMERA] = "Camera",   [GROUP_FLIGHT] = "Flight",
-    [GROUP_PICTURE] = "Picture", [GROUP_OUTPUT] = "Output",   [GROUP_DATA] = "Data and waiting",
-    [GROUP_METHOD] = "Method",   [GROUP_GENERAL] = "General",
+    [GROUP_IMPORT] = "Import",         [GROUP_COMPARE] = "Compare", [GROUP_CAMERA] = "Camera",
+    [GROUP_FLIGHT] = "Flight",         [GROUP_PICTURE] = "Picture", [GROUP_OUTPUT] = "Output",
+    [GROUP_DATA] = "Data and waiting", [GROUP_METHOD] = "Method",   [GROUP_GENERAL] = "General",
 };
 
 struct command_help {
@@ -47,6 +47,17 @@ static const struct command_help texts[COMMAND_COUNT] = {
          "  perigee import --height moon.tif --body moon --attribution 'NASA LROC/DLR GLD100' -o "
          "moon.planet\n"
          "  perigee import --earth --force\n"},
+    [COMMAND_COMPARE] =
+        {"perigee compare [PLANET] [--a SIDE] [--b SIDE] [OPTIONS]",
+         "Measure one way to render against another, pixel by pixel. The table goes to standard "
+         "output. Where\n"
+         "both show ground the geometric error is how far A's point lies from B's tangent plane, "
+         "along the normal\n"
+         "projected to the screen; at silhouettes it is how far the edges lie apart, in pixels.",
+         "  perigee compare --lat 45.45 --lon 10.72 --above-ground 300 --pitch -5 --picture c.png\n"
+         "  perigee compare moon.planet --camera 26,3.6,50000,0,-30 --size 640x480 -o errors\n"
+         "  perigee compare --a a.exr --b b.exr --json c.json\n"
+         "  perigee compare --path everest.json --frames 24 --csv c.csv --picture worst.png\n"},
     [COMMAND_INFO] = {"perigee info [PLANET] [OPTIONS]", "Say what a planet file holds.",
                       "  perigee info earth.planet\n"
                       "  perigee info --json earth.planet\n"},

@@ -72,12 +72,18 @@ static void list_channels(struct writer *w)
     const image_exr *image = w->image;
     const perigee_planes *p = &image->planes;
     const struct channel channels[] = {
-        {"B", p->b, NULL, false, image->half_color}, {"G", p->g, NULL, false, image->half_color},
-        {"R", p->r, NULL, false, image->half_color}, {"Z", p->z_m, NULL, false, false},
-        {"height", p->height_m, NULL, false, false}, {"lat", NULL, p->lat_deg, false, false},
-        {"lat.lo", NULL, p->lat_deg, true, false},   {"level", p->level, NULL, false, false},
-        {"lon", NULL, p->lon_deg, false, false},     {"lon.lo", NULL, p->lon_deg, true, false},
-        {"nx", image->normals[0], NULL, false, false}, {"ny", image->normals[1], NULL, false, false},
+        {"B", p->b, NULL, false, image->half_color},
+        {"G", p->g, NULL, false, image->half_color},
+        {"R", p->r, NULL, false, image->half_color},
+        {"Z", p->z_m, NULL, false, false},
+        {"height", p->height_m, NULL, false, false},
+        {"lat", NULL, p->lat_deg, false, false},
+        {"lat.lo", NULL, p->lat_deg, true, false},
+        {"level", p->level, NULL, false, false},
+        {"lon", NULL, p->lon_deg, false, false},
+        {"lon.lo", NULL, p->lon_deg, true, false},
+        {"nx", image->normals[0], NULL, false, false},
+        {"ny", image->normals[1], NULL, false, false},
         {"nz", image->normals[2], NULL, false, false},
     };
     for (size_t i = 0; i < sizeof channels / sizeof channels[0]; i++)

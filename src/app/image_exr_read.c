@@ -13,8 +13,8 @@
 
 enum { PART = 0, MAX_SIZE_PX = 16384, CHANNELS = 13 };
 
-static const char *const names[CHANNELS] = {"R",   "G",      "B",   "Z",      "height", "level", "nx",
-                                            "ny",  "nz",     "lat", "lat.lo", "lon",    "lon.lo"};
+static const char *const names[CHANNELS] = {"R",  "G",  "B",   "Z",      "height", "level", "nx",
+                                            "ny", "nz", "lat", "lat.lo", "lon",    "lon.lo"};
 
 enum { DEPTH = 3, LAT = 9, LAT_LO, LON, LON_LO };
 
@@ -124,7 +124,8 @@ static status read_chunks(struct reader *r)
             code = line == 0 ? exr_decoding_initialize(r->context, PART, &chunk, &pipe)
                              : exr_decoding_update(r->context, PART, &chunk, &pipe);
         if (!code) point_channels(r, line, &pipe);
-        if (!code && line == 0) code = exr_decoding_choose_default_routines(r->context, PART, &pipe);
+        if (!code && line == 0)
+            code = exr_decoding_choose_default_routines(r->context, PART, &pipe);
         if (!code) code = exr_decoding_run(r->context, PART, &pipe);
     }
     exr_decoding_destroy(r->context, &pipe);
@@ -161,16 +162,15 @@ static status join(const struct reader *r, int coarse, double **out)
         log_error("%s: out of memory for %d x %d pixels", r->path, r->width, r->height);
         return ERR_MEMORY;
     }
-    for (size_t i = 0; i < pixels; i++)
-        (*out)[i] = (double)high[i] + (low ? (double)low[i] : 0);
+    for (size_t i = 0; i < pixels; i++) (*out)[i] = (double)high[i] + (low ? (double)low[i] : 0);
     return OK;
 }
 
 static void give(struct reader *r, image_exr_file *out)
 {
-    float **const to[] = {&out->r,        &out->g,     &out->b,          &out->z_m,
-                          &out->height_m, &out->level, &out->normals[0], &out->normals[1],
-                          &out->normals[2]};
+    float **const to[] = {&out->r,          &out->g,          &out->b,
+                          &out->z_m,        &out->height_m,   &out->level,
+                          &out->normals[0], &out->normals[1], &out->normals[2]};
     for (int i = 0; i < LAT; i++) {
         *to[i] = r->planes[i];
         r->planes[i] = NULL;

@@ -7,6 +7,7 @@
 
 enum option_group {
     GROUP_IMPORT,
+    GROUP_COMPARE,
     GROUP_CAMERA,
     GROUP_FLIGHT,
     GROUP_PICTURE,

@@ -111,16 +111,23 @@ status option_texcoord(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+static const char *const mode_names[] = {
+    [MODE_SPHERICAL] = "spherical", [MODE_REFERENCE] = "reference"};
+
+int option_mode_find(const char *name)
+{
+    return find_name(name, mode_names, sizeof mode_names / sizeof mode_names[0]);
+}
+
 status option_mode(struct options *o, const char *name, const char *value)
 {
-    static const char *const names[] = {"spherical", "reference"};
     bool view = o->command == COMMAND_VIEW;
-    int found = find_name(value, names, view ? 1 : 2);
-    if (found < 0)
+    int found = option_mode_find(value);
+    if (found < 0 || (found == MODE_REFERENCE && view))
         return refuse(name, value,
                       view ? "spherical (reference: perigee render and fly only)"
                            : "spherical or reference");
-    o->reference = found == 1;
+    o->reference = found == MODE_REFERENCE;
     return OK;
 }
 

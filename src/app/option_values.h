@@ -5,6 +5,12 @@
 
 #include "app/options.h"
 
+// How pictures are made, by the names of --mode.
+enum option_mode { MODE_SPHERICAL, MODE_REFERENCE };
+
+// The enum option_mode of that name, -1: none.
+int option_mode_find(const char *name);
+
 status option_camera(struct options *o, const char *name, const char *value);
 status option_time(struct options *o, const char *name, const char *value);
 status option_size(struct options *o, const char *name, const char *value);

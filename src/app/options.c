@@ -15,7 +15,8 @@
 
 enum { MAX_OPTIONS = 96, FIRST_LONG = 256 };
 
-static const char *const names[COMMAND_COUNT] = {"view", "render", "fly", "import", "info"};
+static const char *const names[COMMAND_COUNT] = {"view",   "render", "fly",
+                                                 "import", "info",   "compare"};
 
 const char *command_name(enum command command)
 {
@@ -193,14 +194,35 @@ static status check_import(const struct options *o)
     return o->earth ? OK : require(o, o->output, "-o");
 }
 
-static status check_zoom(const struct options *o)
+static status check_compare(const struct options *o)
 {
-    if (o->zoom_given && !o->reference) {
-        log_error("--zoom: only with --mode reference");
+    if (o->path && options_camera_given(o)) {
+        log_error("--path %s: the flight has the camera: no --camera, --lat and so on", o->path);
         return ERR_ARGUMENT;
     }
-    if (isnan(o->zoom_error_px) || (o->reference && o->zoom == SIGHT_AUTO)) return OK;
-    log_error("--zoom-error %g: only with --mode reference and --zoom auto", o->zoom_error_px);
+    if (!o->path && (o->frames > 0 || o->start_s > 0 || !isnan(o->end_s))) {
+        log_error("compare: --frames, --start and --end go with --path");
+        return ERR_ARGUMENT;
+    }
+    return OK;
+}
+
+static bool uses_reference(const struct options *o)
+{
+    if (o->command != COMMAND_COMPARE) return o->reference;
+    return option_mode_find(o->side_a) == MODE_REFERENCE ||
+           option_mode_find(o->side_b) == MODE_REFERENCE;
+}
+
+static status check_zoom(const struct options *o)
+{
+    bool reference = uses_reference(o);
+    if (o->zoom_given && !reference) {
+        log_error("--zoom: only with --mode reference, or with reference as a side of compare");
+        return ERR_ARGUMENT;
+    }
+    if (isnan(o->zoom_error_px) || (reference && o->zoom == SIGHT_AUTO)) return OK;
+    log_error("--zoom-error %g: only with the reference and --zoom auto", o->zoom_error_px);
     return ERR_ARGUMENT;
 }
 
@@ -223,6 +245,7 @@ static status check(const struct options *o)
         if (!s) s = require(o, o->output, "-o");
     }
     if (o->command == COMMAND_IMPORT) s = check_import(o);
+    if (o->command == COMMAND_COMPARE) s = check_compare(o);
     return s;
 }
 
@@ -239,6 +262,8 @@ status options_parse(enum command command, int argc, char **argv, struct options
         .end_s = NAN,
         .sheet_columns = 5,
         .sheet_rows = 4,
+        .side_a = "spherical",
+        .side_b = "reference",
         .source_layer = LAYER_COUNT,
         .feather_rows = 8,
         .sources = NEW_ARRAY(import_source, (size_t)argc + 1),

@@ -17,6 +17,7 @@ enum command {
     COMMAND_FLY,
     COMMAND_IMPORT,
     COMMAND_INFO,
+    COMMAND_COMPARE,
     COMMAND_COUNT
 };
 
@@ -57,6 +58,10 @@ struct options {
     const char *contact_sheet;
     int sheet_columns, sheet_rows;
     bool resume;
+
+    const char *side_a, *side_b; // of compare: a mode or a file
+    int frames;                  // of a flight that are compared
+    const char *csv, *json_file, *picture;
 
     import_source *sources; // owned
     int source_count;

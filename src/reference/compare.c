@@ -7,7 +7,7 @@
 #include "reference/compare_edges.h"
 #include "reference/compare_stat.h"
 
-enum measure { GEOMETRIC, DISTANCE, DEPTH, RELATIVE, GEOMETRIC_ALL, EDGES, MEASURES };
+enum measure { GEOMETRIC, DISTANCE, DEPTH, RELATIVE, GEOMETRIC_ALL, LIMB, RIDGE, MEASURES };
 
 struct trial {
     const compare_params *params;
@@ -132,24 +132,23 @@ static void compare_pixel(struct trial *t, int x, int y)
     measure_color(t, at);
 }
 
-static void found_in_b(void *user, int x, int y, double displacement_px)
+static void found_in_b(void *user, int x, int y, bool limb, double displacement_px)
 {
     struct trial *t = user;
     size_t at = (size_t)y * (size_t)t->b.width + (size_t)x;
     t->result->edges_b++;
     t->result->edges_only_b += isnan(displacement_px);
-    stat_add(&t->sums[EDGES], displacement_px, x, y);
+    stat_add(&t->sums[limb ? LIMB : RIDGE], displacement_px, x, y);
     if (!t->maps->silhouette_px) return;
     float *to = &t->maps->silhouette_px[at], value = (float)displacement_px;
     if (isnan(value)) value = EDGE_SEARCH_PX + 1;
     *to = isnan(*to) ? value : fmaxf(*to, value);
 }
 
-static void found_in_a(void *user, int x, int y, double displacement_px)
+static void found_in_a(void *user, int x, int y, bool limb, double displacement_px)
 {
     struct trial *t = user;
-    (void)x;
-    (void)y;
+    (void)x, (void)y, (void)limb;
     t->result->edges_a++;
     t->result->edges_only_a += isnan(displacement_px);
 }
@@ -168,9 +167,9 @@ static void compare_edges(struct trial *t)
 static status finish(struct trial *t)
 {
     compare_result *r = t->result;
-    compare_stat *const stats[MEASURES] = {&r->geometric_px,     &r->distance_px,
-                                           &r->depth_m,          &r->depth_relative,
-                                           &r->geometric_all_px, &r->silhouette_px};
+    compare_stat *const stats[MEASURES] = {&r->geometric_px,   &r->distance_px,      &r->depth_m,
+                                           &r->depth_relative, &r->geometric_all_px, &r->limb_px,
+                                           &r->ridge_px};
     const double *lat = t->params->b.lat_deg, *lon = t->params->b.lon_deg;
     status s = OK;
     for (int i = 0; i < MEASURES; i++) {

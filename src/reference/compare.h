@@ -60,9 +60,10 @@ typedef struct compare_result {
     size_t extra_outside;                                            // with no ground of B there
     compare_stat geometric_px, distance_px, depth_m, depth_relative; // COMPARE_GROUND
     compare_stat
-        geometric_all_px;       // with the silhouette, where it says more about edges than ground
-    compare_stat silhouette_px; // displacement of edges
-    size_t edges_a, edges_b;    // as many edges are in each picture
+        geometric_all_px;    // with the silhouette, where it says more about edges than ground
+    compare_stat limb_px;    // displacement of edges against the sky of B
+    compare_stat ridge_px;   // of those against ground of B
+    size_t edges_a, edges_b; // as many edges are in each picture
     size_t edges_only_a, edges_only_b; // without the same edge of the other within EDGE_SEARCH_PX
     size_t colors;                     // pixels whose colour was compared: ground in both
     double mse, psnr_db; // 10 log10(1 / mse), mse of R, G, B sRGB-encoded in [0, 1]; NaN: no colour

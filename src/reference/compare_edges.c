@@ -1,6 +1,5 @@
 #include "reference/compare_edges.h"
 
-#include <stdbool.h>
 #include <stdlib.h>
 
 #include "base/log.h"
@@ -59,7 +58,7 @@ struct line {
 static int edge_at(const depth_picture *p, struct line l)
 {
     double near = inverse(p, l.x, l.y), far = inverse(p, l.x + l.dx, l.y + l.dy);
-    if (isnan(near) || isnan(far)) return isnan(near) ? isnan(far) ? 0 : -1 : 1;
+    if (isnan(near) || isnan(far)) return isnan(near) ? isnan(far) ? 0 : -2 : 2;
     double before = inverse(p, l.x - l.dx, l.y - l.dy),
            after = inverse(p, l.x + 2 * l.dx, l.y + 2 * l.dy);
     double slope_near = near - before, slope_far = after - far;
@@ -70,7 +69,8 @@ static int edge_at(const depth_picture *p, struct line l)
     *(l.dx ? &b.right : &b.down) = slope_far;
     double step = fmin(step_px(p, l.x, l.y, a, far - slope_far),
                        step_px(p, l.x + l.dx, l.y + l.dy, b, near + slope_near));
-    return step <= EDGE_STEP_PX ? 0 : near > far ? 1 : -1;
+    int strength = (step > EDGE_STEP_PX) + (step > EDGE_FAINT_PX);
+    return near > far ? strength : -strength;
 }
 
 status edges_find(const depth_picture *p, edge_picture *out)
@@ -112,8 +112,8 @@ void edges_mark(const depth_picture *p, const edge_picture *e, unsigned char *ma
     for (int y = 0; y < p->height; y++)
         for (int x = 0; x < p->width; x++) {
             size_t at = (size_t)y * (size_t)p->width + (size_t)x;
-            if (e->right[at]) mark_box(p, x, y - 1, x + 1, y + 1, mask);
-            if (e->below[at]) mark_box(p, x - 1, y, x + 1, y + 1, mask);
+            if (abs(e->right[at]) == 2) mark_box(p, x, y - 1, x + 1, y + 1, mask);
+            if (abs(e->below[at]) == 2) mark_box(p, x - 1, y, x + 1, y + 1, mask);
         }
 }
 
@@ -133,8 +133,8 @@ static dvec3 edge_normal(const depth_picture *p, const edge_picture *e, double x
         for (int i = (int)x - ORIENT_PX; i <= (int)x + ORIENT_PX; i++) {
             if (i < 0 || j < 0 || i >= p->width || j >= p->height) continue;
             size_t at = (size_t)j * (size_t)p->width + (size_t)i;
-            n.x += e->right[at] * nearness(i + 0.5 - x, j - y);
-            n.y += e->below[at] * nearness(i - x, j + 0.5 - y);
+            n.x += e->right[at] / 2 * nearness(i + 0.5 - x, j - y); // faint: 0
+            n.y += e->below[at] / 2 * nearness(i - x, j + 0.5 - y);
         }
     return n;
 }
@@ -157,18 +157,20 @@ static bool find_like(const struct matcher *m, int x, int y, bool row, int searc
                       bool *cut)
 {
     const depth_picture *pa = m->pa;
-    size_t width = (size_t)pa->width, at = (size_t)y * width + (size_t)x;
+    size_t width = (size_t)pa->width, at = (size_t)y * width + (size_t)x, step = row ? 1 : width;
     int sense = along(m->b, row)[at], place = row ? x : y,
         last = (row ? pa->width : pa->height) - 2;
-    double near = m->pb->z_m[sense > 0 ? at : at + (row ? 1 : width)];
+    size_t near_side = sense > 0 ? 0 : step, far_side = step - near_side;
+    double near = m->pb->z_m[at + near_side];
+    double factor = isnan(m->pb->z_m[at + far_side]) ? LIMB_DEPTH_FACTOR : EDGE_DEPTH_FACTOR;
     *cut = place < search || place + search > last;
     for (int k = 0; k <= 2 * search; k++) {
         int off = k & 1 ? -(k + 1) / 2 : k / 2, to = place + off;
         if (to < 0 || to > last) continue;
         size_t there = row ? (size_t)y * width + (size_t)to : (size_t)to * width + (size_t)x;
-        if (along(m->a, row)[there] != sense) continue;
-        double ratio = pa->z_m[sense > 0 ? there : there + (row ? 1 : width)] / near;
-        if (ratio > EDGE_DEPTH_FACTOR || ratio < 1 / EDGE_DEPTH_FACTOR) continue;
+        if (along(m->a, row)[there] * sense <= 0) continue;
+        double ratio = pa->z_m[there + near_side] / near;
+        if (ratio > factor || ratio < 1 / factor) continue;
         *offset = off;
         return true;
     }
@@ -178,7 +180,7 @@ static bool find_like(const struct matcher *m, int x, int y, bool row, int searc
 static void match_one(const struct matcher *m, int x, int y, bool row)
 {
     int sense = along(m->b, row)[(size_t)y * (size_t)m->pb->width + (size_t)x], offset = 0;
-    if (!sense) return;
+    if (abs(sense) < 2) return;
     dvec3 n = edge_normal(m->pb, m->b, row ? x + 0.5 : x, row ? y : y + 0.5);
     bool counted = (fabs(n.x) >= fabs(n.y)) == row;
     double cosine = fabs(row ? n.x : n.y) / hypot(n.x, n.y);
@@ -191,7 +193,9 @@ static void match_one(const struct matcher *m, int x, int y, bool row)
     }
     if (!counted || !m->sink || (!found && cut)) return;
     int near_x = x + (row && sense < 0), near_y = y + (!row && sense < 0);
-    m->sink->found(m->sink->user, near_x, near_y, found ? abs(offset) * cosine : NAN);
+    double beyond = inverse(m->pb, x + (row && sense > 0), y + (!row && sense > 0));
+    m->sink->found(m->sink->user, near_x, near_y, isnan(beyond),
+                   found ? abs(offset) * cosine : NAN);
 }
 
 void edges_match(const depth_picture *pb, const edge_picture *b, const depth_picture *pa,

@@ -158,11 +158,11 @@ static void test_limb(void **state)
         double inner = limb / s, area = M_PI * (pow(inner + moved[k], 2) - inner * inner);
         print_message("limb moved %4.1f px: mean %.3f rms %.3f 99.9 %% %.2f max %.2f, %zu edges, "
                       "%zu extra (area %.0f)\n",
-                      moved[k], r.silhouette_px.mean, r.silhouette_px.rms, r.silhouette_px.rank_999,
-                      r.silhouette_px.max, r.edges_b, r.extra, area);
-        check_near(r.silhouette_px.mean, fabs(moved[k]), 0.03 * fabs(moved[k]) + 0.02);
-        check_near(r.silhouette_px.median, fabs(moved[k]), 0.71);
-        assert_true(r.silhouette_px.max <= fabs(moved[k]) + 1.01);
+                      moved[k], r.limb_px.mean, r.limb_px.rms, r.limb_px.rank_999, r.limb_px.max,
+                      r.edges_b, r.extra, area);
+        check_near(r.limb_px.mean, fabs(moved[k]), 0.03 * fabs(moved[k]) + 0.02);
+        check_near(r.limb_px.median, fabs(moved[k]), 0.71);
+        assert_true(r.limb_px.max <= fabs(moved[k]) + 1.01);
         check_near((double)r.extra - (double)r.missing, area, 0.02 * fabs(area) + 12);
         assert_int_equal(r.edges_only_a + r.edges_only_b, 0);
         assert_int_equal(r.missing_inside, moved[k] < -1.5 ? r.missing_inside : 0);
@@ -188,8 +188,8 @@ static void test_wall(void **state)
         draw_wall(zb, 150.3 - 120 * slope, slope, 500, 800);
         draw_wall(za, 150.3 - 120 * slope + shift, slope, 500, 800);
         run(&p, &r);
-        print_message("slope %g moved %g: mean %.3f\n", slope, moved[i % 5], r.silhouette_px.mean);
-        check_near(r.silhouette_px.mean, fabs(moved[i % 5]), 0.05 * fabs(moved[i % 5]));
+        print_message("slope %g moved %g: mean %.3f\n", slope, moved[i % 5], r.ridge_px.mean);
+        check_near(r.ridge_px.mean, fabs(moved[i % 5]), 0.05 * fabs(moved[i % 5]));
         assert_int_equal(r.edges_only_b + r.edges_only_a, 0);
         assert_true(r.edges_b > 200);
         check_near(r.geometric_px.max, 0, 0);
@@ -208,8 +208,8 @@ static void test_wall_too_far(void **state)
     run(&p, &r);
     assert_int_equal(r.edges_only_b, H);
     assert_int_equal(r.edges_only_a, H);
-    assert_int_equal(r.silhouette_px.count, 0);
-    assert_true(isnan(r.silhouette_px.max));
+    assert_int_equal(r.ridge_px.count, 0);
+    assert_true(isnan(r.ridge_px.max));
     assert_true(r.geometric_px.max > 10);
     assert_in_range(r.geometric_px.x, 151, 160);
 }
@@ -404,15 +404,18 @@ static void test_turned_by_half_a_pixel(void **state)
         print_message(
             "%g,%g %g m: rms %.3f median %.3f 99.9 %% %.3f max %.3f (bound %.3f) px, "
             "ground %zu silhouette %zu missing %zu extra %zu; all: 99.9 %% %.3f max %.3f; "
-            "edges: mean %.3f rms %.3f max %.2f of %zu, only b %zu, only a %zu of %zu\n",
+            "limb: mean %.3f, ridges: mean %.3f rms %.3f max %.2f of %zu, only b %zu, only a %zu "
+            "of %zu\n",
             c.lat_deg, c.lon_deg, c.alt_m, r.geometric_px.rms, r.geometric_px.median,
             r.geometric_px.rank_999, r.geometric_px.max, most, r.ground, r.silhouette, r.missing,
-            r.extra, r.geometric_all_px.rank_999, r.geometric_all_px.max, r.silhouette_px.mean,
-            r.silhouette_px.rms, r.silhouette_px.max, r.edges_b, r.edges_only_b, r.edges_only_a,
-            r.edges_a);
+            r.extra, r.geometric_all_px.rank_999, r.geometric_all_px.max, r.limb_px.mean,
+            r.ridge_px.mean, r.ridge_px.rms, r.ridge_px.max, r.edges_b, r.edges_only_b,
+            r.edges_only_a, r.edges_a);
         assert_true(r.ground > N / 3);
         assert_true(r.geometric_px.rank_999 <= 1.06 * most);
         assert_true(r.geometric_px.max <= 2.5);
+        assert_in_range(r.limb_px.mean * 1000, 250, 750);
+        assert_true(16 * (r.edges_only_a + r.edges_only_b) <= r.edges_a + r.edges_b);
         check_normals(&planet, e, c);
     }
     fixture_close(&planet);

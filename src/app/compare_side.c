@@ -1,0 +1,178 @@
+#include "app/compare_side.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/default_earth.h"
+#include "app/interrupt.h"
+#include "app/option_values.h"
+#include "app/output_file.h"
+#include "base/log.h"
+#include "geo/sun.h"
+#include "gpu/target.h"
+
+status compare_side_open(const char *name, struct compare_side *out)
+{
+    *out = (struct compare_side){.name = name, .mode = option_mode_find(name)};
+    if (out->mode >= 0) return OK;
+    if (output_has_extension(name, ".exr")) return image_exr_read(name, &out->picture);
+    log_error("%s: neither a mode (spherical, reference) nor an .exr file", name);
+    return ERR_ARGUMENT;
+}
+
+void compare_side_close(struct compare_side *side)
+{
+    image_exr_file_deinit(&side->picture);
+}
+
+static bool wants(const struct compare_side sides[2], int mode)
+{
+    return sides[0].mode == mode || sides[1].mode == mode;
+}
+
+static status open_reference(struct compare_stage *stage)
+{
+    const struct options *o = &stage->options;
+    char earth[OUTPUT_PATH_SIZE];
+    pyramid_params tiles = {.cache_bytes = o->planet_params.cache_bytes,
+                            .synthesis = !o->planet_params.no_synthesis};
+    status s = o->planet ? OK : default_earth_find(o, earth, sizeof earth);
+    if (!s) s = planet_file_open(o->planet ? o->planet : earth, &stage->file);
+    return s ? s : pyramid_create(stage->file, &tiles, &stage->pyramid);
+}
+
+status compare_stage_open(struct compare_stage *stage, const struct compare_side sides[2])
+{
+    struct options *o = &stage->options;
+    if (!wants(sides, MODE_SPHERICAL) && !wants(sides, MODE_REFERENCE)) return OK;
+    o->view_params.no_sky_glow = true; // the reference has no air
+    stage->has_sun = o->time_given;
+    stage->unix_time_s = o->unix_time_s;
+    status s = session_open_planet(o, &stage->session);
+    if (!s && wants(sides, MODE_SPHERICAL)) s = session_open_view(&stage->session);
+    else if (!s) session_credit(&stage->session);
+    if (!s && wants(sides, MODE_REFERENCE)) s = open_reference(stage);
+    return s;
+}
+
+void compare_stage_close(struct compare_stage *stage)
+{
+    pyramid_destroy(&stage->pyramid);
+    planet_file_close(&stage->file);
+    session_close(&stage->session);
+}
+
+// All planes of a picture of the stage's size, once.
+static status take_memory(const struct compare_stage *stage, image_exr_file *p)
+{
+    size_t pixels = (size_t)stage->width * (size_t)stage->height;
+    float **const floats[] = {&p->r,          &p->g,          &p->b,
+                              &p->z_m,        &p->height_m,   &p->level,
+                              &p->normals[0], &p->normals[1], &p->normals[2]};
+    if (p->z_m) return OK;
+    bool all = true;
+    for (size_t i = 0; i < sizeof floats / sizeof floats[0]; i++) {
+        *floats[i] = calloc(pixels, sizeof(float));
+        all = all && *floats[i];
+    }
+    p->lat_deg = calloc(pixels, sizeof(double));
+    p->lon_deg = calloc(pixels, sizeof(double));
+    p->width = stage->width;
+    p->height = stage->height;
+    if (all && p->lat_deg && p->lon_deg) return OK;
+    log_error("--size %dx%d: out of memory", stage->width, stage->height);
+    return ERR_MEMORY;
+}
+
+static status render_clipmap(struct compare_stage *stage, const perigee_camera *camera,
+                             image_exr_file *p)
+{
+    const GLenum format = GL_RGBA8;
+    perigee_view *view = stage->session.view;
+    gpu_target target;
+    status s = (status)perigee_view_set_camera(view, camera);
+    if (!s && stage->has_sun) s = (status)perigee_view_set_time(view, stage->unix_time_s);
+    if (!s) s = session_wait(&stage->session, stage->width, stage->height);
+    if (!s) s = gpu_target_init(&target, stage->width, stage->height, &format, 1, 0);
+    if (s) return s;
+    perigee_planes planes = {.r = p->r,
+                             .g = p->g,
+                             .b = p->b,
+                             .z_m = p->z_m,
+                             .height_m = p->height_m,
+                             .lat_deg = p->lat_deg,
+                             .lon_deg = p->lon_deg,
+                             .level = p->level};
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+    s = (status)perigee_view_render(view, stage->width, stage->height);
+    if (!s) s = (status)perigee_view_read_planes(view, &planes);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    gpu_target_deinit(&target);
+    for (int i = 0; i < 3; i++) { // a clipmap knows no normals of its own
+        free(p->normals[i]);
+        p->normals[i] = NULL;
+    }
+    return s;
+}
+
+static bool report(void *user, double done)
+{
+    struct compare_stage *stage = user;
+    progress_update(&stage->progress, "compare", stage->done + stage->share * done);
+    return interrupt_requested();
+}
+
+static status render_reference(struct compare_stage *stage, const perigee_camera *c,
+                               image_exr_file *p)
+{
+    const struct options *o = &stage->options;
+    reference_params params = {
+        .pyramid = stage->pyramid,
+        .camera = {c->lat_deg, c->lon_deg, c->alt_m, c->heading_deg, c->pitch_deg, c->roll_deg,
+                   c->fov_deg},
+        .width = stage->width,
+        .height = stage->height,
+        .zoom = o->zoom,
+        .threads = o->view_params.threads,
+        .has_sun = stage->has_sun,
+        .progress = {report, stage},
+    };
+    if (stage->has_sun) params.sun = geo_sun_direction(stage->unix_time_s);
+    reference_planes planes = {.r = p->r,
+                               .g = p->g,
+                               .b = p->b,
+                               .z_m = p->z_m,
+                               .height_m = p->height_m,
+                               .lat_deg = p->lat_deg,
+                               .lon_deg = p->lon_deg,
+                               .level = p->level,
+                               .nx = p->normals[0],
+                               .ny = p->normals[1],
+                               .nz = p->normals[2]};
+    return reference_render(&params, &planes);
+}
+
+status compare_side_render(struct compare_side *side, struct compare_stage *stage,
+                           const perigee_camera *camera)
+{
+    if (side->mode < 0) return OK;
+    if (report(stage, 0)) return ERR_CANCELLED;
+    status s = take_memory(stage, &side->picture);
+    if (s) return s;
+    return side->mode == MODE_REFERENCE ? render_reference(stage, camera, &side->picture)
+                                        : render_clipmap(stage, camera, &side->picture);
+}
+
+compare_picture compare_side_planes(const struct compare_side *side)
+{
+    const image_exr_file *p = &side->picture;
+    return (compare_picture){.z_m = p->z_m,
+                             .lat_deg = p->lat_deg,
+                             .lon_deg = p->lon_deg,
+                             .r = p->r,
+                             .g = p->g,
+                             .b = p->b,
+                             .nx = p->normals[0],
+                             .ny = p->normals[1],
+                             .nz = p->normals[2]};
+}
