@@ -1,0 +1,335 @@
+// perigee compare: a picture against itself and against the mode that made it has no error, tables
+// agree with one another, flights have a row a frame, Ctrl-C keeps the rows that are made, and each
+// fault is exit status 1 and one line.
+#include "check.h"
+
+#include <cJSON.h>
+#include <ftw.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "app/image_exr.h"
+#include "app/image_png.h"
+
+enum { TEXT_SIZE = 1 << 16 };
+
+static char out[TEXT_SIZE], err[TEXT_SIZE];
+static char folder[] = "compare-XXXXXX";
+static bool gpu; // an OpenGL 4.5 is here
+
+static void read_text(const char *path, char *text)
+{
+    FILE *f = fopen(path, "rb");
+    size_t n = f ? fread(text, 1, TEXT_SIZE - 1, f) : 0;
+    text[n] = '\0';
+    if (f) fclose(f);
+}
+
+static void write_text(const char *path, const char *text)
+{
+    FILE *f = fopen(path, "w");
+    assert_non_null(f);
+    fputs(text, f);
+    assert_int_equal(fclose(f), 0);
+}
+
+static int run(const char *line)
+{
+    char command[4096];
+    snprintf(command, sizeof command, "\"%s\" %s >out.txt 2>err.txt", PERIGEE_PROGRAM, line);
+    int state = system(command);
+    read_text("out.txt", out);
+    read_text("err.txt", err);
+    return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
+}
+
+static int count_lines(const char *text)
+{
+    int count = 0;
+    for (; *text; text++) count += *text == '\n';
+    return count;
+}
+
+static void expect_good(const char *line)
+{
+    int state = run(line);
+    if (state != 0) fail_msg("'%s': status %d: %s", line, state, err);
+}
+
+static void expect_fault(const char *line, const char *words)
+{
+    int state = run(line);
+    if (state != 1 || count_lines(err) != 1 || !strstr(err, words) || out[0])
+        fail_msg("'%s': status %d, '%s' wanted: %s%s", line, state, words, err, out);
+}
+
+// The number in a column of a row (0: the first below the titles) of a CSV file; NaN when empty.
+static double csv_number(const char *path, int row, const char *title)
+{
+    static char text[TEXT_SIZE];
+    read_text(path, text);
+    int column = -1, fields = 0;
+    char *line = text, *save = NULL;
+    for (char *field = line; field; fields++) {
+        char *end = strpbrk(field, ",\n");
+        assert_non_null(end);
+        if (strncmp(field, title, (size_t)(end - field)) == 0 && !title[end - field])
+            column = fields;
+        field = *end == ',' ? end + 1 : NULL;
+    }
+    if (column < 0) fail_msg("%s: no column %s", path, title);
+    line = strtok_r(text, "\n", &save);
+    for (int i = 0; i <= row; i++) line = strtok_r(NULL, "\n", &save);
+    assert_non_null(line);
+    for (int i = 0; i < column; i++) line = strchr(line, ',') + 1;
+    return *line == ',' || !*line ? (double)NAN : atof(line);
+}
+
+#define VIEW  "hills.planet -q --size 96x72 --camera 20,10,9000,30,-12,0,60"
+#define SPACE "hills.planet -q --size 96x72 --camera 20,10,2e7,0,-90,0,50"
+
+static int set_up(void **state)
+{
+    (void)state;
+    if (!mkdtemp(folder) || chdir(folder) != 0) return -1;
+    FILE *f = fopen("globe.asc", "w");
+    assert_non_null(f);
+    fputs("ncols 72\nnrows 36\nxllcorner -180\nyllcorner -90\ncellsize 5\n", f);
+    for (int row = 0; row < 36; row++)
+        for (int col = 0; col < 72; col++)
+            fprintf(f, "%.1f ", 1000 * (1 + sin(row * M_PI / 18) * sin(col * M_PI / 12)));
+    assert_int_equal(fclose(f), 0);
+    write_text("globe.prj",
+               "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],"
+               "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]");
+    write_text(
+        "path.json",
+        "{\"keys\":[{\"time\":0,\"lat\":0,\"lon\":0,\"alt\":5e6,\"heading\":0,\"pitch\":-90},"
+        "{\"time\":2,\"lat\":10,\"lon\":0,\"alt\":2e6,\"heading\":0,\"pitch\":-80}]}");
+    write_text("text.exr", "no picture\n");
+    expect_good("import --quiet --height globe.asc --name Hills --attribution Nobody "
+                "-o hills.planet");
+    gpu = run("render " VIEW " -o clipmap.exr") == 0;
+    expect_good("render " VIEW " --mode reference -o truth.exr");
+    expect_good("render " SPACE " --mode reference -o space.exr");
+    expect_good("render hills.planet -q --size 64x48 --camera 20,10,9000,30,-12,0,60 "
+                "--mode reference -o small.exr");
+    return 0;
+}
+
+static int remove_one(const char *path, const struct stat *info, int kind, struct FTW *at)
+{
+    (void)info, (void)kind, (void)at;
+    return remove(path);
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    return chdir("..") != 0 || nftw(folder, remove_one, 16, FTW_DEPTH | FTW_PHYS) != 0;
+}
+
+// A file and the mode that made it, and two modes of one kind: nothing differs.
+static void test_no_difference(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {
+        "compare --a truth.exr --b truth.exr --csv same.csv",
+        "compare hills.planet -q --a truth.exr --b reference --csv same.csv",
+        "compare hills.planet -q --a reference --b truth.exr --csv same.csv",
+        "compare " VIEW " --a reference --b reference --csv same.csv",
+        "compare " VIEW " --a spherical --b spherical --csv same.csv",
+    };
+    for (int i = 0; i < 5; i++) {
+        if (i == 4 && !gpu) continue;
+        expect_good(lines[i]);
+        assert_true(csv_number("same.csv", 0, "ground") > 96 * 72 / 4.0);
+        check_near(csv_number("same.csv", 0, "geometric_px_max"), 0, 0);
+        check_near(csv_number("same.csv", 0, "geometric_all_px_max"), 0, 0);
+        check_near(csv_number("same.csv", 0, "depth_m_max"), 0, 0);
+        check_near(csv_number("same.csv", 0, "limb_px_max"), 0, 0);
+        check_near(csv_number("same.csv", 0, "mse"), 0, 0);
+        check_near(csv_number("same.csv", 0, "missing") + csv_number("same.csv", 0, "extra"), 0, 0);
+        assert_non_null(strstr(out, "colour: equal in"));
+    }
+}
+
+// The clipmap against the reference, seen three ways: small errors, and the same in every table.
+static void test_tables(void **state)
+{
+    (void)state;
+    if (!gpu) skip();
+    expect_good("compare " VIEW " --zoom 3 --csv c.csv --json c.json --picture c.png -o d");
+    assert_non_null(strstr(out, "a: spherical\nb: reference (heights of zoom 3)"));
+    assert_non_null(strstr(out, "geometric error, px"));
+    assert_non_null(strstr(out, "without air"));
+    double rms = csv_number("c.csv", 0, "geometric_px_rms");
+    assert_true(rms > 0 && rms < 0.5);
+    assert_true(csv_number("c.csv", 0, "psnr_db") > 20);
+    char text[32];
+    snprintf(text, sizeof text, "%.4g", rms);
+    assert_non_null(strstr(out, text));
+    static char json[TEXT_SIZE];
+    read_text("c.json", json);
+    cJSON *root = cJSON_Parse(json);
+    cJSON *frame = cJSON_GetArrayItem(cJSON_GetObjectItem(root, "frames"), 0);
+    cJSON *geometric = cJSON_GetObjectItem(frame, "geometric_px");
+    check_near(cJSON_GetNumberValue(cJSON_GetObjectItem(geometric, "rms")), rms, 1e-10);
+    check_near(cJSON_GetNumberValue(cJSON_GetObjectItem(frame, "ground")),
+               csv_number("c.csv", 0, "ground"), 0);
+    assert_non_null(strstr(cJSON_GetStringValue(cJSON_GetObjectItem(root, "psnr")), "log10"));
+    cJSON_Delete(root);
+    int width, height;
+    assert_int_equal(image_png_size("c.png", &width, &height), 0);
+    assert_true(width >= 3 * 96 && height > 72);
+    assert_int_equal(image_png_size("d.png", &width, &height), 0);
+    assert_int_equal(width * 1000 + height, 96072);
+    FILE *f = fopen("d.exr", "rb");
+    static char bytes[1 << 20];
+    assert_non_null(f);
+    size_t n = fread(bytes, 1, sizeof bytes, f);
+    fclose(f);
+    assert_non_null(memmem(bytes, n, "geometric_px", 12));
+    assert_non_null(memmem(bytes, n, "camera.fov", 10));
+}
+
+// A side with air and one without differ in colour only: the sky's glow is not the judge's matter.
+static void test_without_air(void **state)
+{
+    (void)state;
+    if (!gpu) skip();
+    expect_good("compare hills.planet -q --a clipmap.exr --b spherical --csv air.csv");
+    check_near(csv_number("air.csv", 0, "geometric_all_px_max"), 0, 0);
+    assert_true(csv_number("air.csv", 0, "mse") > 1e-6);
+    assert_non_null(strstr(out, "colours of files are compared as they are"));
+}
+
+// A camera turned by half a pixel is half a pixel of error: the command's whole way on known
+// ground.
+static void test_known_error(void **state)
+{
+    (void)state;
+    double half = atan(0.5 * 2 * tan(M_PI / 6) / 72) * 180 / M_PI;
+    char line[256];
+    snprintf(line, sizeof line,
+             "render hills.planet -q --size 96x72 --camera 20,10,9000,30,%.12f,0,60 "
+             "--mode reference -o turned.exr",
+             -12 + half);
+    expect_good(line);
+    image_exr_file turned, truth;
+    assert_int_equal(image_exr_read("turned.exr", &turned), 0);
+    assert_int_equal(image_exr_read("truth.exr", &truth), 0);
+    image_exr image = {.width = 96,
+                       .height = 72,
+                       .planes = {.z_m = turned.z_m},
+                       .camera = truth.camera,
+                       .planet = "Hills",
+                       .attribution = "Nobody"};
+    assert_int_equal(image_exr_write("shifted.exr", &image), 0);
+    image_exr_file_deinit(&turned);
+    image_exr_file_deinit(&truth);
+    expect_good("compare --a shifted.exr --b truth.exr --csv shifted.csv");
+    assert_non_null(strstr(out, "colour: not compared"));
+    check_near(csv_number("shifted.csv", 0, "geometric_px_median"), 0.5, 0.1);
+    check_near(csv_number("shifted.csv", 0, "geometric_px_max"), 0.5, 0.25);
+    check_near(csv_number("shifted.csv", 0, "limb_px_mean"), 0.5, 0.5);
+    assert_true(isnan(csv_number("shifted.csv", 0, "psnr_db")));
+}
+
+static void test_flight(void **state)
+{
+    (void)state;
+    expect_good("compare hills.planet -q --size 48x36 --a reference --b reference --path path.json "
+                "--frames 3 --csv f.csv --json f.json -o f --picture worst.png");
+    assert_int_equal(count_lines(out), 2 + 3);
+    static char csv[TEXT_SIZE];
+    read_text("f.csv", csv);
+    assert_int_equal(count_lines(csv), 1 + 3);
+    for (int i = 0; i < 3; i++) {
+        char name[32];
+        check_near(csv_number("f.csv", i, "time_s"), i, 1e-9);
+        check_near(csv_number("f.csv", i, "frame"), i, 0);
+        snprintf(name, sizeof name, "f-%05d.exr", i);
+        assert_int_equal(access(name, F_OK), 0);
+    }
+    check_near(csv_number("f.csv", 2, "lat"), 10, 1e-6);
+    assert_int_equal(access("worst.png", F_OK), 0);
+    expect_good("compare hills.planet -q --size 48x36 --a reference --b reference --path path.json "
+                "--frames 1 --start 1 --csv f.csv");
+    check_near(csv_number("f.csv", 0, "time_s"), 1, 1e-9);
+}
+
+static void test_faults(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *line, *words;
+    } faults[] = {
+        {"compare hills.planet --a planar", "planar: neither a mode"},
+        {"compare hills.planet --b photo.png", "photo.png: neither a mode"},
+        {"compare --a missing.exr --b truth.exr", "missing.exr"},
+        {"compare --a text.exr --b truth.exr", "text.exr: not an EXR"},
+        {"compare --a truth.exr --b small.exr", "small.exr 64x48"},
+        {"compare --a truth.exr --b space.exr", "camera.alt"},
+        {"compare --a errors.exr --b truth.exr", "errors.exr: no channel Z"},
+        {"compare hills.planet --a truth.exr --size 10x10", "--size 10x10"},
+        {"compare hills.planet --a truth.exr --lat 5", "camera is that of the file"},
+        {"compare hills.planet --a truth.exr --path path.json", "--path"},
+        {"compare hills.planet --path path.json --lat 3", "--path path.json"},
+        {"compare hills.planet --path missing.json", "missing.json"},
+        {"compare hills.planet --path path.json --start 3", "--start 3"},
+        {"compare hills.planet --frames 3", "--path"},
+        {"compare hills.planet --frames 0", "--frames 0"},
+        {"compare --a truth.exr --b truth.exr --zoom 3", "--zoom 3"},
+        {"compare missing.planet --a reference", "missing.planet"},
+        {"compare " VIEW " --a reference --zoom 24", "zoom 24"},
+        {"compare " VIEW " --a reference --alt -5", "--alt -5"},
+        {"compare hills.planet --csv nowhere/c.csv", "nowhere/c.csv"},
+        {"compare hills.planet --json nowhere/c.json", "nowhere/c.json"},
+        {"compare hills.planet --picture c.jpg", "--picture c.jpg"},
+        {"compare hills.planet -o nowhere/d", "nowhere/d"},
+        {"compare hills.planet -o x --picture x.png", "x.png"},
+        {"compare hills.planet more", "'more'"},
+    };
+    expect_good("compare --a truth.exr --b truth.exr -o errors");
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
+        expect_fault(faults[i].line, faults[i].words);
+}
+
+// Ctrl-C ends a flight with 130; the tables hold the frames that are done.
+static void test_interrupt(void **state)
+{
+    (void)state;
+    pid_t child = fork();
+    if (child == 0) {
+        if (!freopen("out.txt", "w", stdout) || !freopen("err.txt", "w", stderr)) _exit(126);
+        execl(PERIGEE_PROGRAM, PERIGEE_PROGRAM, "compare", "-q", "hills.planet", "--a", "reference",
+              "--path", "path.json", "--frames", "5000", "--size", "32x24", "--b", "reference",
+              "--csv", "long.csv", "-o", "long", (char *)NULL);
+        _exit(127);
+    }
+    for (int i = 0; i < 600 && access("long-00002.png", F_OK) != 0; i++) usleep(50000);
+    int ended = 0;
+    kill(child, SIGINT);
+    assert_int_equal(waitpid(child, &ended, 0), child);
+    assert_true(WIFEXITED(ended));
+    assert_int_equal(WEXITSTATUS(ended), 130);
+    read_text("err.txt", err);
+    assert_int_equal(count_lines(err), 1);
+    assert_non_null(strstr(err, "interrupted after"));
+    read_text("long.csv", out);
+    assert_true(count_lines(out) >= 1 + 3);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_no_difference), cmocka_unit_test(test_tables),
+        cmocka_unit_test(test_without_air),   cmocka_unit_test(test_known_error),
+        cmocka_unit_test(test_flight),        cmocka_unit_test(test_faults),
+        cmocka_unit_test(test_interrupt),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
