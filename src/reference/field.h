@@ -93,8 +93,8 @@ double field_height(struct field_reader *reader, double lat, double lon);
 void field_gradient(struct field_reader *reader, double lat, double lon, double *per_lat,
                     double *per_lon);
 
-// Linear R, G, B and encoded night light at a continuous zoom, bilinear and linear between zooms.
-// False when the planet has no imagery: `rgba` is then grey ground.
-bool field_color(struct field_reader *reader, double zoom, double lat, double lon, double rgba[4]);
+// Linear R, G, B and encoded night light at a continuous zoom, bilinear and linear between zooms;
+// the pyramid's bare ground when the planet has no imagery.
+void field_color(struct field_reader *reader, double zoom, double lat, double lon, double rgba[4]);
 
 #endif

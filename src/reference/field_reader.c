@@ -139,20 +139,14 @@ static void add_color(struct field_reader *reader, int zoom, double lat, double 
     }
 }
 
-bool field_color(struct field_reader *reader, double zoom, double lat, double lon, double rgba[4])
+void field_color(struct field_reader *reader, double zoom, double lat, double lon, double rgba[4])
 {
     const struct planet_meta *m = pyramid_meta(reader->pyramid);
     int finest = m->max_zoom[LAYER_COLOR];
     if (m->max_zoom[LAYER_NIGHT] > finest) finest = m->max_zoom[LAYER_NIGHT];
-    if (finest < 0) {
-        const double ground[4] = {0.12, 0.13, 0.12, 0};
-        for (int i = 0; i < 4; i++) rgba[i] = ground[i];
-        return false;
-    }
     for (int i = 0; i < 4; i++) rgba[i] = 0;
-    zoom = clamp_double(zoom, 0, finest);
+    zoom = clamp_double(zoom, 0, finest < 0 ? 0 : finest); // without imagery: bare ground
     double whole = floor(zoom), share = zoom - whole;
     add_color(reader, (int)whole, lat, lon, 1 - share, rgba);
     if (share > 0) add_color(reader, (int)whole + 1, lat, lon, share, rgba);
-    return true;
 }
