@@ -125,9 +125,9 @@ static status open_flight(struct contest *c)
         log_error("--start %g: %s ends at %g s", o->start_s, o->path, duration);
         return ERR_ARGUMENT;
     }
-    if (c->path.time_given && !c->stage.has_sun) {
-        c->stage.has_sun = true;
-        c->stage.unix_time_s = c->path.unix_time_s;
+    if (c->path.time_given && !o->time_given) {
+        c->stage.options.time_given = true;
+        c->stage.options.unix_time_s = c->path.unix_time_s;
     }
     c->frames = o->frames > 0 ? o->frames : FRAMES;
     return OK;

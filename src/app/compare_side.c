@@ -3,12 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "app/default_earth.h"
 #include "app/interrupt.h"
 #include "app/option_values.h"
 #include "app/output_file.h"
 #include "base/log.h"
-#include "geo/sun.h"
 #include "gpu/target.h"
 
 status compare_side_open(const char *name, struct compare_side *out)
@@ -30,35 +28,21 @@ static bool wants(const struct compare_side sides[2], int mode)
     return sides[0].mode == mode || sides[1].mode == mode;
 }
 
-static status open_reference(struct compare_stage *stage)
-{
-    const struct options *o = &stage->options;
-    char earth[OUTPUT_PATH_SIZE];
-    pyramid_params tiles = {.cache_bytes = o->planet_params.cache_bytes,
-                            .synthesis = !o->planet_params.no_synthesis};
-    status s = o->planet ? OK : default_earth_find(o, earth, sizeof earth);
-    if (!s) s = planet_file_open(o->planet ? o->planet : earth, &stage->file);
-    return s ? s : pyramid_create(stage->file, &tiles, &stage->pyramid);
-}
-
 status compare_stage_open(struct compare_stage *stage, const struct compare_side sides[2])
 {
     struct options *o = &stage->options;
     if (!wants(sides, MODE_SPHERICAL) && !wants(sides, MODE_REFERENCE)) return OK;
     o->view_params.no_sky_glow = true; // the reference has no air
-    stage->has_sun = o->time_given;
-    stage->unix_time_s = o->unix_time_s;
     status s = session_open_planet(o, &stage->session);
     if (!s && wants(sides, MODE_SPHERICAL)) s = session_open_view(&stage->session);
     else if (!s) session_credit(&stage->session);
-    if (!s && wants(sides, MODE_REFERENCE)) s = open_reference(stage);
+    if (!s && wants(sides, MODE_REFERENCE)) s = reference_source_init(&stage->source, o);
     return s;
 }
 
 void compare_stage_close(struct compare_stage *stage)
 {
-    pyramid_destroy(&stage->pyramid);
-    planet_file_close(&stage->file);
+    reference_source_deinit(&stage->source);
     session_close(&stage->session);
 }
 
@@ -91,7 +75,8 @@ static status render_clipmap(struct compare_stage *stage, const perigee_camera *
     perigee_view *view = stage->session.view;
     gpu_target target;
     status s = (status)perigee_view_set_camera(view, camera);
-    if (!s && stage->has_sun) s = (status)perigee_view_set_time(view, stage->unix_time_s);
+    const struct options *o = &stage->options;
+    if (!s && o->time_given) s = (status)perigee_view_set_time(view, o->unix_time_s);
     if (!s) s = session_wait(&stage->session, stage->width, stage->height);
     if (!s) s = gpu_target_init(&target, stage->width, stage->height, &format, 1, 0);
     if (s) return s;
@@ -125,19 +110,9 @@ static bool report(void *user, double done)
 static status render_reference(struct compare_stage *stage, const perigee_camera *c,
                                image_exr_file *p)
 {
-    const struct options *o = &stage->options;
-    reference_params params = {
-        .pyramid = stage->pyramid,
-        .camera = {c->lat_deg, c->lon_deg, c->alt_m, c->heading_deg, c->pitch_deg, c->roll_deg,
-                   c->fov_deg},
-        .width = stage->width,
-        .height = stage->height,
-        .zoom = o->zoom,
-        .threads = o->view_params.threads,
-        .has_sun = stage->has_sun,
-        .progress = {report, stage},
-    };
-    if (stage->has_sun) params.sun = geo_sun_direction(stage->unix_time_s);
+    reference_params params =
+        reference_source_params(&stage->source, c, stage->width, stage->height);
+    params.progress = (reference_progress){report, stage};
     reference_planes planes = {.r = p->r,
                                .g = p->g,
                                .b = p->b,

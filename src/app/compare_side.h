@@ -5,8 +5,8 @@
 
 #include "app/image_exr.h"
 #include "app/progress.h"
+#include "app/reference_picture.h"
 #include "app/session.h"
-#include "planet/pyramid.h"
 #include "reference/compare.h"
 
 struct compare_side {
@@ -17,12 +17,9 @@ struct compare_side {
 
 // What the modes need, opened as far as the sides want it.
 struct compare_stage {
-    struct options options; // those of the user, without air
+    struct options options; // those of the user, without air; a flight's time is put in
     struct session session;
-    struct planet_file *file; // of the reference
-    struct pyramid *pyramid;
-    bool has_sun;
-    double unix_time_s;
+    struct reference_source source;
     int width, height;
     struct progress progress;
     double done, share; // of the work: what is done, and what the picture now made is of it
@@ -33,8 +30,8 @@ struct compare_stage {
 status compare_side_open(const char *name, struct compare_side *out);
 void compare_side_close(struct compare_side *side);
 
-// Opens the planet and what the modes of the sides need of it, with `stage->options` and the sun
-// set before. A stage without modes has no planet.
+// Opens the planet and what the modes of the sides need of it, with `stage->options` set before. A
+// stage without modes has no planet.
 status compare_stage_open(struct compare_stage *stage, const struct compare_side sides[2]);
 void compare_stage_close(struct compare_stage *stage);
 
