@@ -3,7 +3,7 @@
 // fault is exit status 1 and one line.
 #include "check.h"
 
-#include <cJSON.h>
+#include <cjson/cJSON.h>
 #include <ftw.h>
 #include <signal.h>
 #include <stdbool.h>

@@ -267,22 +267,28 @@ static void test_table(void **state)
     }
 }
 
-// Every option stands in the manual page.
+// Every option stands in the manual pages.
 static void test_manual(void **state)
 {
     (void)state;
     static char text[1 << 17];
-    FILE *f = fopen(MANUAL_PAGE, "r");
-    assert_non_null(f);
-    size_t size = fread(text, 1, sizeof text - 1, f);
-    fclose(f);
+    static const char *const pages[] = {MANUAL_PAGES ".1", MANUAL_PAGES "-compare.1"};
+    size_t size = 0;
+    for (int i = 0; i < 2; i++) {
+        FILE *f = fopen(pages[i], "r");
+        assert_non_null(f);
+        size_t read = fread(text + size, 1, sizeof text - 1 - size, f);
+        assert_true(read > 0);
+        fclose(f);
+        size += read;
+    }
     assert_in_range(size, 1, sizeof text - 2);
     for (int i = 0; i < option_count; i++) {
         char alone[64], after_letter[64];
         snprintf(alone, sizeof alone, "Fl -%s", option_table[i].name);
         snprintf(after_letter, sizeof after_letter, " , -%s", option_table[i].name);
         if (!strstr(text, alone) && !strstr(text, after_letter))
-            fail_msg("--%s is not in the manual page", option_table[i].name);
+            fail_msg("--%s is not in the manual pages", option_table[i].name);
     }
 }
 
