@@ -159,7 +159,7 @@ static void mark_maximum(const struct sheet *s, const compare_stat *stat)
 
 static int draw_scale(const struct sheet *s, int y)
 {
-    static const double ticks[] = {0.01, 0.03, 0.1, 0.3, 1, 3, 10};
+    static const double ticks[] = {0.001, 0.01, 0.1, 1, 10};
     int x = MARGIN, line = glyphs_height(s->glyphs);
     write_text(s, x, y, INK, "geometric error, px");
     y += line + 4;
@@ -211,7 +211,7 @@ static void draw_texts(const struct sheet *s, const compare_head *head, const co
     write_fitting(s, s->left[0], y, s->panel_width, text);
     snprintf(text, sizeof text, "b: %.200s", head->b);
     write_fitting(s, s->left[1], y, s->panel_width, text);
-    snprintf(text, sizeof text, "error of a against b (square: the maximum)");
+    snprintf(text, sizeof text, "error (square: maximum)");
     write_fitting(s, s->left[2], y, s->panel_width, text);
     y = draw_scale(s, s->top + s->panel_height + MARGIN);
     int count = compare_report_lines(row, lines);
@@ -230,7 +230,7 @@ static status sheet_init(struct sheet *s, int width, int height)
     s->top = 2 * MARGIN + 2 * line;
     int wide = s->left[2] + s->panel_width + MARGIN;
     s->width = wide > TEXT_MIN ? wide : TEXT_MIN;
-    s->height = s->top + s->panel_height + 4 * MARGIN + BAR_HEIGHT + (COMPARE_LINES + 5) * line;
+    s->height = s->top + s->panel_height + 4 * MARGIN + BAR_HEIGHT + (COMPARE_LINES + 3) * line;
     s->rgb = calloc((size_t)s->width * (size_t)s->height, 3);
     if (s->rgb) {
         fill(s, 0, 0, s->width, s->height, PAPER);

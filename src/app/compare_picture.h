@@ -8,7 +8,7 @@
 
 // The error map, 3 * width * height bytes: ground by |geometric_px| on a logarithmic scale from
 // COMPARE_SCALE_LOW to COMPARE_SCALE_HIGH px, the other kinds in one colour each.
-#define COMPARE_SCALE_LOW  0.01
+#define COMPARE_SCALE_LOW  0.001
 #define COMPARE_SCALE_HIGH 10.0
 void compare_picture_map(const compare_maps *maps, int width, int height, uint8_t *rgb);
 

@@ -222,8 +222,8 @@ static void test_creases(void **state)
         compare_params p = params_of(10, 0, 60);
         compare_result r;
         for (int i = 0; i < N; i++) {
-            double x = fabs(i % W + 0.5 - 160.2) / W, y = (i / W + 0.5) / H;
-            za[i] = zb[i] = (float)(1 / (1e-3 * (1 + 0.8 * sense * x + 0.9 * y)));
+            double x = fabs(i % W + 0.5 - 160) / W, y = (i / W + 0.5) / H;
+            za[i] = zb[i] = (float)(1 / (1e-3 * (3 + 5 * sense * x + 0.9 * y)));
         }
         run(&p, &r);
         assert_int_equal(r.ground, N);
