@@ -77,9 +77,10 @@ typedef struct perigee_view_params {
     int first_level;     // coarsest level drawn; 0: by the horizon
     int last_level;      // finest level drawn; 0: by the pixel size
     enum perigee_transform transform;
-    bool hardware_filter; // true: the GPU's own bilinear filter for heights (8-bit weights)
-    bool texcoord_vertex; // true: map coordinates interpolated from the vertices, as in the paper
-    bool no_cull;         // true: draw every sector of every level in range
+    bool hardware_filter;  // true: the GPU's own bilinear filter for heights (8-bit weights)
+    bool texcoord_vertex;  // true: map coordinates interpolated from the vertices, as in the paper
+    bool seam_uncorrected; // true: and the seam's second copy as the first; to show what it cures
+    bool no_cull;          // true: draw every sector of every level in range
     bool no_antialias;
     bool no_sky_glow;
     bool identify; // true: keeps which triangle drew each pixel (perigee_view_read_triangles)

@@ -26,7 +26,11 @@ void main()
     ring_ne = ring.xy;
 #ifdef TEXCOORD_VERTEX
     uint row = uint(gl_VertexID) / view.rings.w;
-    map_dlonlat = map_of_ring(ring, min(float(row) / float(view.rings.z), float(view.rings.y) + 1.0));
+    vec3 at = ring;
+#ifdef SEAM_UNCORRECTED
+    at.y = abs(at.y) < 1e-20 ? 1e-30 : at.y; // both copies of the seam on one side
+#endif
+    map_dlonlat = map_of_ring(at, min(float(row) / float(view.rings.z), float(view.rings.y) + 1.0));
 #endif
 #ifdef IDENTIFY
     uint vertex = uint(gl_VertexID), columns = view.rings.w;

@@ -65,10 +65,11 @@ static status check_params(perigee_view_params *p)
 
 static status create_parts(perigee_view *v)
 {
-    char defines[128];
-    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s%s", (int)v->params.transform,
+    char defines[192];
+    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s%s%s", (int)v->params.transform,
              v->params.hardware_filter ? "#define HARDWARE_FILTER 1\n" : "",
              v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "",
+             v->params.seam_uncorrected ? "#define SEAM_UNCORRECTED 1\n" : "",
              v->params.identify ? "#define IDENTIFY 1\n" : "");
     v->pool = pool_create(v->params.threads, 256);
     windows_params w = {.pyramid = v->planet->pyramid,
