@@ -38,9 +38,23 @@ typedef int perigee_status;
 PERIGEE_API const char *perigee_version(void);
 PERIGEE_API const char *perigee_last_error(void);
 
+enum perigee_layer_kind { PERIGEE_LAYER_ALL, PERIGEE_LAYER_HEIGHT, PERIGEE_LAYER_COLOR };
+
+// A source over the ground: a planet file, a raster that GDAL reads, a tile source as TileJSON by
+// path or URL (src/planet/source_spec.h), or a URL template with {z}, {x} and {y}.
+typedef struct perigee_layer {
+    const char *source;
+    enum perigee_layer_kind kind; // only its heights, only its colour, or all it has
+    double transparency;          // 0 opaque (default) to 1
+} perigee_layer;
+
 typedef struct perigee_planet_params {
-    size_t cache_bytes; // memory for decoded tiles; 0: 256 MiB
-    bool no_synthesis;  // true: only what the data says
+    size_t cache_bytes;          // memory for decoded tiles; 0: 256 MiB
+    bool no_synthesis;           // true: only what the data says
+    const perigee_layer *layers; // over the ground, lowest first; borrowed until the planet is open
+    int layer_count;             // up to 15
+    const char *tile_cache;      // file that keeps tiles of servers; NULL: none is kept
+    uint64_t tile_cache_bytes;   // 0: 1 GiB
 } perigee_planet_params;
 
 typedef struct perigee_planet_info {
@@ -51,6 +65,8 @@ typedef struct perigee_planet_info {
     int height_zoom, color_zoom, night_zoom; // finest zoom stored, -1: none
 } perigee_planet_info;
 
+// path: the ground, anything that a layer may be. Where it has nothing the ground is bare and lies
+// on the ellipsoid.
 PERIGEE_API perigee_status perigee_planet_open(const char *path,
                                                const perigee_planet_params *params,
                                                perigee_planet **out);

@@ -21,13 +21,19 @@ struct making {
     double until_s;
 };
 
+// A layer that the stack leaves out has no zoom.
+static bool may_hold(const struct pyramid *p, tile_id id)
+{
+    return p->own.max_zoom[id.layer] >= 0 && source_has(p->source, id);
+}
+
 // Reads a stored tile. *found is false when it is not stored or cannot be read.
 static status read_stored(struct making *m, tile_id id, void *out, bool *found)
 {
     struct pyramid *p = m->pyramid;
     double until_s;
     *found = false;
-    if (!source_has(p->source, id)) return OK;
+    if (!may_hold(p, id)) return OK;
     status s = source_read(p->source, id, m->want, out, &until_s);
     if (s == ERR_MEMORY || s == ERR_PENDING) return s;
     m->until_s = fmin(m->until_s, until_s);
@@ -39,9 +45,9 @@ static status read_stored(struct making *m, tile_id id, void *out, bool *found)
 
 static bool is_stored(const struct pyramid *p, tile_id id)
 {
-    if (source_has(p->source, id)) return true;
+    if (may_hold(p, id)) return true;
     tile_id night = {LAYER_NIGHT, id.zoom, id.row, id.col};
-    return id.layer == LAYER_COLOR && !p->over && source_has(p->source, night);
+    return id.layer == LAYER_COLOR && !p->over && may_hold(p, night);
 }
 
 static void copy_block(const pyramid_tile *tile, const region_block *b)

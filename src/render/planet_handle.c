@@ -19,14 +19,39 @@ const char *perigee_last_error(void)
     return log_last_error();
 }
 
+static enum tile_layer layer_of(enum perigee_layer_kind kind)
+{
+    return kind == PERIGEE_LAYER_HEIGHT  ? LAYER_HEIGHT
+           : kind == PERIGEE_LAYER_COLOR ? LAYER_COLOR
+                                         : LAYER_COUNT;
+}
+
+static status add_sources(perigee_planet *p, const char *path, const perigee_planet_params *params)
+{
+    status s = source_set_add(p->sources, path, LAYER_COUNT, 1);
+    for (int i = 0; !s && i < params->layer_count; i++) {
+        const perigee_layer *l = &params->layers[i];
+        if (!(l->transparency >= 0 && l->transparency <= 1)) {
+            log_error("%s: transparency %g: not in 0..1", l->source, l->transparency);
+            return ERR_ARGUMENT;
+        }
+        s = source_set_add(p->sources, l->source, layer_of(l->kind), 1 - l->transparency);
+    }
+    return s;
+}
+
 perigee_status perigee_planet_open(const char *path, const perigee_planet_params *params,
                                    perigee_planet **out)
 {
+    static const perigee_planet_params none;
+    if (!params) params = &none;
     perigee_planet *p = NEW(perigee_planet);
-    pyramid_params tiles = {.synthesis = !(params && params->no_synthesis),
-                            .cache_bytes = params ? params->cache_bytes : 0};
-    status s = planet_file_open(path, &p->file);
-    if (!s) s = pyramid_create(p->file, &tiles, &p->pyramid);
+    pyramid_params tiles = {.synthesis = !params->no_synthesis, .cache_bytes = params->cache_bytes};
+    source_set_params sources = {.disk_path = params->tile_cache,
+                                 .disk_bytes = params->tile_cache_bytes};
+    p->sources = source_set_create(&sources);
+    status s = add_sources(p, path, params);
+    if (!s) s = source_set_pyramid(p->sources, &tiles, &p->pyramid);
     if (s) perigee_planet_close(&p);
     *out = p;
     return (perigee_status)s;
@@ -37,14 +62,14 @@ void perigee_planet_close(perigee_planet **planet)
     perigee_planet *p = *planet;
     if (!p) return;
     pyramid_destroy(&p->pyramid);
-    planet_file_close(&p->file);
+    source_set_destroy(&p->sources);
     free(p);
     *planet = NULL;
 }
 
 void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *out)
 {
-    const struct planet_meta *m = planet_file_meta(planet->file);
+    const struct planet_meta *m = pyramid_meta(planet->pyramid);
     *out = (perigee_planet_info){.equatorial_radius_m = m->ellipsoid.a,
                                  .polar_radius_m = m->ellipsoid.b,
                                  .height_min_m = m->height_min,

@@ -1,12 +1,12 @@
-// What stands behind perigee_planet: the file and its tiles. Any thread.
+// What stands behind perigee_planet: its sources and their tiles. Any thread.
 #ifndef PERIGEE_RENDER_PLANET_HANDLE_H
 #define PERIGEE_RENDER_PLANET_HANDLE_H
 
 #include "perigee.h"
-#include "planet/pyramid.h"
+#include "planet/source_set.h"
 
 struct perigee_planet {
-    struct planet_file *file;
+    struct source_set *sources;
     struct pyramid *pyramid;
 };
 

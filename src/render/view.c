@@ -137,7 +137,7 @@ static status camera_error(const char *what, double value)
 
 static status check_camera(const perigee_view *v, const perigee_camera *c)
 {
-    double low = -planet_file_meta(v->planet->file)->ellipsoid.b / 2;
+    double low = -pyramid_meta(v->planet->pyramid)->ellipsoid.b / 2;
     if (!(fabs(c->lat_deg) <= 90)) return camera_error("latitude", c->lat_deg);
     if (!isfinite(c->lon_deg)) return camera_error("longitude", c->lon_deg);
     if (!(c->alt_m >= low && c->alt_m <= 1e12)) return camera_error("altitude in metres", c->alt_m);
@@ -223,7 +223,7 @@ status view_prepare(perigee_view *v, int width, int height)
         log_error("impossible picture size: %d x %d (1 to %d)", width, height, MAX_SIZE);
         return ERR_ARGUMENT;
     }
-    const struct planet_meta *m = planet_file_meta(v->planet->file);
+    const struct planet_meta *m = pyramid_meta(v->planet->pyramid);
     bool resized = v->frame.light.width != width || v->frame.light.height != height;
     status s = frame_resize(&v->frame, width, height);
     if (s) return s;
@@ -259,7 +259,7 @@ static void fill_view_block(const perigee_view *v, struct view_block *b)
 
 void view_draw(perigee_view *v, double jitter_x, double jitter_y)
 {
-    const struct planet_meta *m = planet_file_meta(v->planet->file);
+    const struct planet_meta *m = pyramid_meta(v->planet->pyramid);
     projection *p = &v->projection;
     p->jitter_x = jitter_x;
     p->jitter_y = jitter_y;

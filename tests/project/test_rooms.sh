@@ -25,7 +25,8 @@ third_party=(
     '^epoxy/|^EGL/|^GL/|^KHR/ gpu render'
     '^GLFW/|^imgui|^backends/imgui_ app'
     '^GeographicLib/ reference'
-    '^png\.h$|^cjson/ app'
+    '^png\.h$|^cjson/ planet app'
+    '^curl/|^webp/ planet'
 )
 
 standard='^(assert|complex|ctype|errno|fcntl|fenv|float|getopt|glob|inttypes|langinfo|libgen|limits|locale|malloc|math'
