@@ -1,11 +1,12 @@
 # The library other programs embed: one shared library that shows only perigee.h, made of the room that implements it and
-# of what that needs from the rooms below (so no importer, no GDAL); its pkg-config and CMake files; and what else
+# of what that needs from the rooms below (no importer); its pkg-config and CMake files; and what else
 # `cmake --install` lays down.
 include(CMakePackageConfigHelpers)
 
 add_library(perigee_lib SHARED $<TARGET_OBJECTS:perigee_render>)
 target_link_libraries(perigee_lib PRIVATE perigee_flags perigee_render)
-target_link_options(perigee_lib PRIVATE -Wl,--as-needed)
+target_link_options(perigee_lib PRIVATE -Wl,--as-needed
+    -Wl,--version-script=${PROJECT_SOURCE_DIR}/cmake/perigee.map)
 target_include_directories(perigee_lib PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
 set_target_properties(perigee_lib PROPERTIES
     OUTPUT_NAME perigee EXPORT_NAME perigee

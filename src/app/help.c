@@ -21,7 +21,9 @@ static const struct command_help texts[COMMAND_COUNT] = {
     [COMMAND_VIEW] = {"perigee [view [PLANET] [OPTIONS]]", "Explore the planet in a window.",
                       "  perigee view\n"
                       "  perigee view moon.planet --lat 26 --lon 3.6 --alt 50000 --pitch -30\n"
-                      "  perigee view --camera 45.45,10.72,450,320,-3\n"},
+                      "  perigee view --camera 45.45,10.72,450,320,-3\n"
+                      "  perigee view dem.tif\n"
+                      "  perigee view --layer terrain-tiles --layer sentinel2-cloudless\n"},
     [COMMAND_RENDER] =
         {"perigee render [PLANET] [OPTIONS] -o FILE.png|FILE.exr",
          "Render one picture. An EXR holds linear R,G,B and, for each pixel, Z (metres along the "

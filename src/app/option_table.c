@@ -1,6 +1,7 @@
 #include "app/option_table.h"
 
 #include "app/camera_string.h"
+#include "app/layers.h"
 #include "app/option_values.h"
 
 #define V (1u << COMMAND_VIEW)
@@ -114,6 +115,13 @@ const struct option_spec option_table[] = {
      "worker threads, 1..256 (default: one for each processor)"},
     {"cache-bytes", 0, V | R | F | C, GROUP_DATA, VALUE(option_bytes, "N[K|M|G]"),
      "memory for decoded tiles (default 256M)"},
+    {"layer", 0, V | R | F, GROUP_DATA, VALUE(layers_add, "SOURCE[,...]"),
+     "lay this over the planet, and later ones over it: a preset's name, a TileJSON file or URL, a URL with {z} {x} {y}, "
+     "a raster or a planet file; then, if wanted, ,height or ,color and ,opacity=0..1"},
+    {"tile-cache", 0, V | R | F, GROUP_DATA, TEXT(tile_cache, "FILE"),
+     "where tiles of servers are kept, or none (default ${XDG_CACHE_HOME:-~/.cache}/perigee/tiles.db)"},
+    {"tile-cache-bytes", 0, V | R | F, GROUP_DATA, VALUE(option_tile_bytes, "N[K|M|G]"),
+     "how much is kept there; what was not used for longest goes first (default 1G)"},
     {"no-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(planet_params.no_synthesis),
      "show only what the data says, no synthesised detail"},
 

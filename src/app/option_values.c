@@ -172,7 +172,7 @@ status option_rings(struct options *o, const char *name, const char *value)
     return OK;
 }
 
-status option_bytes(struct options *o, const char *name, const char *value)
+static status parse_bytes(const char *name, const char *value, uint64_t *out)
 {
     static const char units[] = "KMG";
     char digits[24];
@@ -185,8 +185,21 @@ status option_bytes(struct options *o, const char *name, const char *value)
     long long n;
     if (!number_parse_integer(digits, &n) || n < 1 || n > (1LL << (40 - shift)))
         return refuse(name, value, "a number of bytes from 1 to 1024G, such as 256M");
-    o->planet_params.cache_bytes = (size_t)n << shift;
+    *out = (uint64_t)n << shift;
     return OK;
+}
+
+status option_bytes(struct options *o, const char *name, const char *value)
+{
+    uint64_t bytes = 0;
+    status s = parse_bytes(name, value, &bytes);
+    if (!s) o->planet_params.cache_bytes = (size_t)bytes;
+    return s;
+}
+
+status option_tile_bytes(struct options *o, const char *name, const char *value)
+{
+    return parse_bytes(name, value, &o->planet_params.tile_cache_bytes);
 }
 
 status option_bounds(struct options *o, const char *name, const char *value)

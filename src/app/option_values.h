@@ -24,6 +24,7 @@ status option_levels(struct options *o, const char *name, const char *value);
 status option_azimuth_steps(struct options *o, const char *name, const char *value);
 status option_rings(struct options *o, const char *name, const char *value);
 status option_bytes(struct options *o, const char *name, const char *value);
+status option_tile_bytes(struct options *o, const char *name, const char *value);
 status option_bounds(struct options *o, const char *name, const char *value);
 status option_body(struct options *o, const char *name, const char *value);
 status option_height_layer(struct options *o, const char *name, const char *value);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "app/layers.h"
 #include "app/number.h"
 #include "app/option_table.h"
 #include "app/option_values.h"
@@ -276,6 +277,7 @@ status options_parse(enum command command, int argc, char **argv, struct options
 
 void options_deinit(struct options *o)
 {
+    layers_deinit(o);
     free(o->sources);
     o->sources = NULL;
     o->source_count = 0;

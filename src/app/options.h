@@ -27,12 +27,16 @@ const char *command_name(enum command command);
 // The command of that name; false when there is none.
 bool command_find(const char *name, enum command *out);
 
+enum { OPTIONS_MAX_LAYERS = 15 };
+
 struct options {
     enum command command;
     bool help, quiet, verbose;
 
-    const char *planet; // NULL: the default Earth
-    perigee_planet_params planet_params;
+    const char *planet;                  // NULL: the default Earth
+    perigee_planet_params planet_params; // but for the layers' place and the path of the tile cache
+    perigee_layer layers[OPTIONS_MAX_LAYERS]; // planet_params.layer_count of them; sources owned
+    const char *tile_cache;                   // NULL: the usual place; "none"
     perigee_view_params view_params;
     bool reference;         // --mode reference
     int zoom;               // of the reference's height field, SIGHT_STORED or SIGHT_AUTO

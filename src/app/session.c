@@ -7,6 +7,7 @@
 
 #include "app/camera_string.h"
 #include "app/default_earth.h"
+#include "app/layers.h"
 #include "app/output_file.h"
 #include "base/log.h"
 #include "base/vec.h"
@@ -28,7 +29,7 @@ status session_open_planet(const struct options *o, struct session *out)
     status s = check_shader_dir(o->shader_dir);
     if (!s && !o->planet) s = default_earth_find(o, earth, sizeof earth);
     if (s) return s;
-    s = (status)perigee_planet_open(o->planet ? o->planet : earth, &o->planet_params, &out->planet);
+    s = layers_open_planet(o, o->planet ? o->planet : earth, &out->planet);
     if (s) return s;
     perigee_planet_get_info(out->planet, &out->info);
     return OK;

@@ -84,6 +84,8 @@ static void set_options(struct http_transfer *t, const http_ask *ask)
     curl_easy_setopt(e, CURLOPT_MAXREDIRS, (long)MAX_REDIRECTS);
     curl_easy_setopt(e, CURLOPT_SSL_VERIFYPEER, 1L);
     curl_easy_setopt(e, CURLOPT_SSL_VERIFYHOST, 2L);
+    const char *authorities = getenv("SSL_CERT_FILE"); // as OpenSSL has it
+    if (authorities && authorities[0]) curl_easy_setopt(e, CURLOPT_CAINFO, authorities);
     curl_easy_setopt(e, CURLOPT_HTTP_VERSION, (long)CURL_HTTP_VERSION_2TLS);
     curl_easy_setopt(e, CURLOPT_PIPEWAIT, 1L);
     curl_easy_setopt(e, CURLOPT_NOSIGNAL, 1L);

@@ -311,6 +311,22 @@ static bool warp(const struct source_raster *r, struct handle *h, GDALDatasetH t
     return good;
 }
 
+// A raster around the globe whose edges do not quite meet at the antimeridian: what a tile has
+// beyond one edge comes from the other.
+static bool warp_around(const struct source_raster *r, struct handle *h, GDALDatasetH target,
+                        int zoom, double g[6])
+{
+    double east = g[0] + TILE_SIZE * g[1];
+    bool around = r->geographic && r->east - r->west > 359, good = true;
+    if (around && (g[0] < r->west || east > r->east)) {
+        double turned[6] = {g[0] + (g[0] < r->west ? 360 : -360), g[1], 0, g[3], 0, g[5]};
+        GDALSetGeoTransform(target, turned);
+        good = warp(r, h, target, zoom);
+        GDALSetGeoTransform(target, g);
+    }
+    return good && warp(r, h, target, zoom);
+}
+
 static bool take_heights(struct handle *h, GDALDatasetH target, float *out)
 {
     double metres = metres_of(GDALGetRasterUnitType(GDALGetRasterBand(h->raw, 1)));
@@ -362,7 +378,7 @@ static status read_warped(struct source *source, tile_id id, struct want *want, 
     CPLPushErrorHandler(CPLQuietErrorHandler);
     struct handle *h = checkout(r);
     GDALDatasetH target = h ? make_target(r, g) : NULL;
-    bool good = target && warp(r, h, target, id.zoom);
+    bool good = target && warp_around(r, h, target, id.zoom, g);
     if (good)
         good = id.layer == LAYER_HEIGHT ? take_heights(h, target, samples)
                                         : take_pixels(target, samples);

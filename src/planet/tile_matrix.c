@@ -131,6 +131,18 @@ struct taps {
     double first_weight, last_weight; // of the others: 1
 };
 
+// Parts of rows stand for their whole rows' values, which moves the mean: moved back to `middle` by
+// the outer two. Two rows become the linear interpolation.
+static struct taps centred(struct taps t, double middle)
+{
+    double n = t.count, inner = n - 2, all = t.first_weight + t.last_weight + inner;
+    double mean = (t.first_weight * 0.5 + t.last_weight * (n - 0.5) + inner * n / 2) / all;
+    double move = (middle - t.first - mean) * all / (n - 1);
+    t.first_weight -= move;
+    t.last_weight += move;
+    return t;
+}
+
 static struct taps taps_of(const tile_matrix *m, tile_id id, const tile_span *span, int row)
 {
     double step = grid_step_lat(id.zoom), north, lat;
@@ -140,10 +152,9 @@ static struct taps taps_of(const tile_matrix *m, tile_id id, const tile_span *sp
     double a = row_of(m, span->level, north) - offset,
            b = row_of(m, span->level, north - step) - offset;
     int rows = (span->y1 - span->y0) * m->tile_size;
-    if (b - a < 1 - 1e-6) { // wider than ours: linear between centres
-        double at = row_of(m, span->level, lat) - offset - 0.5, low = floor(at);
-        if (at <= 0 || at >= rows - 1) low = at <= 0 ? 0 : rows - 1;
-        if (low > rows - 2 || at <= 0) return (struct taps){(int)low, 1, 1, 1};
+    if (b - a < 1 - 1e-6) { // wider than ours: linear between centres, and on beyond the outermost
+        double at = row_of(m, span->level, lat) - offset - 0.5;
+        double low = clamp_double(floor(at), 0, rows - 2);
         return (struct taps){(int)low, 2, 1 - (at - low), at - low};
     }
     a = fmax(a, 0);
@@ -153,7 +164,7 @@ static struct taps taps_of(const tile_matrix *m, tile_id id, const tile_span *sp
     first = clamp_int(first, 0, rows - 1);
     last = clamp_int(last, first, rows - 1);
     if (first == last) return (struct taps){first, 1, 1, 1};
-    return (struct taps){first, last - first + 1, first + 1 - a, b - last};
+    return centred((struct taps){first, last - first + 1, first + 1 - a, b - last}, (a + b) / 2);
 }
 
 static double weight_of(const struct taps *t, int i)
@@ -218,7 +229,7 @@ static int code_of(float l)
 // Encoded and multiplied by the coverage.
 static void put_pixel(const float light[3], float coverage, float all, uint8_t *out)
 {
-    int a = all > 0 ? (int)(coverage / all * 255 + 0.5f) : 0;
+    int a = all > 0 ? clamp_int((int)(coverage / all * 255 + 0.5f), 0, 255) : 0;
     for (int c = 0; c < 3; c++)
         out[c] = a ? (uint8_t)((code_of(light[c] / coverage) * a + 127) / 255) : 0;
     out[3] = (uint8_t)a;

@@ -3,8 +3,8 @@
 //
 // A planet tile is taken from the coarsest level of the server whose columns are no wider than its
 // own. In Web Mercator and in longitude and latitude such columns divide the planet's exactly, so
-// only rows are resampled: each is the mean of the rows it covers, in parts where it covers them in
-// part, or where they are wider, the linear interpolation at its centre. Heights are averaged as
+// only rows are resampled: each is the mean of the rows it covers, with weights about its own
+// centre, or where they are wider, the linear interpolation there. Heights are averaged as
 // they are; colours in linear light, by their coverage. Near the poles of a grid in longitude and
 // latitude, where a planet tile is more than four of the server's wide, a coarser level is taken.
 #ifndef PERIGEE_PLANET_TILE_MATRIX_H
