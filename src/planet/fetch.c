@@ -76,6 +76,8 @@ static void refuse(struct fetcher *f, struct fetch_entry *e, const char *why)
 static void server_failed(struct fetch_host *h, const http_answer *a)
 {
     double now = clock_now_s();
+    // Those that were in flight when it went down count as one.
+    if (h->failures >= DOWN_AFTER && now < h->pause_until_s) return;
     h->failures++;
     if (a->retry_after_s > 0)
         h->pause_until_s = fmax(h->pause_until_s, now + fmin(a->retry_after_s, LONGEST_PAUSE_S));
