@@ -51,6 +51,8 @@ const struct option_spec option_table[] = {
     {"atlas", 0, M, GROUP_IMPORT, TEXT(atlas_dir, "DIR"),
      "with --earth: where the atlas's maps are (default /usr/share/marble/data/maps)"},
     {"resume", 0, M, GROUP_IMPORT, FLAG(resume), "go on with an import that was interrupted"},
+    {"estimate", 0, M, GROUP_IMPORT, FLAG(estimate),
+     "say how many tiles, bytes and seconds the import takes, measured on a few tiles, and stop"},
     {"force", 0, M, GROUP_IMPORT, FLAG(force), "replace the output if it exists"},
 
     {"lat", 0, V | R | C, GROUP_CAMERA, NUMBER(camera.lat_deg, -90, 90, "DEG"),

@@ -179,6 +179,10 @@ static status require(const struct options *o, const char *value, const char *op
 
 static status check_import(const struct options *o)
 {
+    if (o->earth && o->estimate) {
+        log_error("import: --estimate is for rasters, not --earth");
+        return ERR_ARGUMENT;
+    }
     if (o->earth && (o->source_count > 0 || o->body_name || o->name || o->attribution)) {
         log_error("import: --earth makes the default Earth and takes no rasters, body, name or "
                   "attribution");
@@ -192,7 +196,7 @@ static status check_import(const struct options *o)
         log_error("import: no raster given (--height, --color, --night or --earth)");
         return ERR_ARGUMENT;
     }
-    return o->earth ? OK : require(o, o->output, "-o");
+    return o->earth || o->estimate ? OK : require(o, o->output, "-o");
 }
 
 static status check_compare(const struct options *o)

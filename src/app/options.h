@@ -79,7 +79,7 @@ struct options {
     char body_text[64];
     geo_ellipsoid ellipsoid; // zero: WGS84
     double bounds_deg[4];
-    bool earth, bathymetry, force;
+    bool earth, bathymetry, force, estimate, add;
     const char *atlas_dir;
 
     bool json;

@@ -1,6 +1,7 @@
-// Tile bodies: heights as OpenEXR (one float channel "Z", ZIP), colour and night as JPEG. Any
-// thread; each call owns its decoder. Bodies come from files: sizes are checked before they are
-// used, nothing of them is trusted.
+// Tile bodies: heights as OpenEXR (one float channel "Z", ZIP), colour and night as JPEG, either as
+// 8 bytes when they have one value throughout (codec_uniform.h). Any thread; each call owns its
+// decoder. Bodies come from files: sizes are checked before they are used, nothing of them is
+// trusted.
 #ifndef PERIGEE_PLANET_CODEC_H
 #define PERIGEE_PLANET_CODEC_H
 

@@ -1,4 +1,5 @@
-// Height bodies: OpenEXR images in memory, one part of scan lines, one float channel "Z", ZIP.
+// Height bodies: OpenEXR images in memory, one part of scan lines, one float channel "Z", ZIP;
+// tiles of one height as in codec_uniform.h.
 #include "planet/codec.h"
 
 #include <math.h>
@@ -6,6 +7,8 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "planet/codec_uniform.h"
 
 enum {
     SAMPLES = TILE_SIZE * TILE_SIZE,
@@ -153,6 +156,7 @@ static float *finite_copy(const float *samples)
 status codec_height_encode(const float *samples, codec_blob *out)
 {
     *out = (codec_blob){0};
+    if (uniform_encode_height(samples, out)) return OK;
     float *copy = finite_copy(samples);
     if (!copy) return ERR_MEMORY;
     struct memory_file file = {0};
@@ -228,6 +232,7 @@ static exr_result_t read_chunks(exr_context_t ctxt, float *samples)
 status codec_height_decode(const void *data, size_t size, float *samples)
 {
     if (size == 0 || size > MAX_BODY) return ERR_FORMAT;
+    if (uniform_decode_height(data, size, samples)) return OK;
     struct memory_file file = {(unsigned char *)data, size, size};
     exr_context_initializer_t init = initializer(&file);
     init.flags = EXR_CONTEXT_FLAG_STRICT_HEADER | EXR_CONTEXT_FLAG_SILENT_HEADER_PARSE |

@@ -1,4 +1,5 @@
-// Colour and night bodies: baseline JPEG images in memory, by TurboJPEG.
+// Colour and night bodies: baseline JPEG images in memory, by TurboJPEG; tiles of one colour
+// as in codec_uniform.h.
 #include "planet/codec.h"
 
 #include <assert.h>
@@ -6,12 +7,15 @@
 #include <string.h>
 #include <turbojpeg.h>
 
+#include "planet/codec_uniform.h"
+
 enum { MAX_BODY = 1 << 20 }; // over twice what a 256 x 256 baseline JPEG can need
 
 status codec_pixels_encode(const unsigned char *pixels, int channels, int quality, codec_blob *out)
 {
     assert((channels == 1 || channels == 3) && quality >= 1 && quality <= 100);
     *out = (codec_blob){0};
+    if (uniform_encode_pixels(pixels, channels, out)) return OK;
     tjhandle handle = tjInitCompress();
     if (!handle) return ERR_MEMORY;
     int format = channels == 1 ? TJPF_GRAY : TJPF_RGB;
@@ -37,6 +41,7 @@ status codec_pixels_decode(const void *data, size_t size, int channels, unsigned
 {
     assert(channels == 1 || channels == 3);
     if (size == 0 || size > MAX_BODY) return ERR_FORMAT;
+    if (uniform_decode_pixels(data, size, channels, pixels)) return OK;
     tjhandle handle = tjInitDecompress();
     if (!handle) return ERR_MEMORY;
     int width, height, subsampling, colorspace;

@@ -3,7 +3,6 @@
 #include <cpl_vsi.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,20 +12,16 @@
 
 #include "base/log.h"
 #include "base/memory.h"
-#include "base/pool.h"
 #include "planet/import_blend.h"
+#include "planet/import_crew.h"
 #include "planet/import_inputs.h"
 #include "planet/import_sources.h"
-#include "planet/import_tile.h"
-#include "planet/synthesis.h"
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
 enum { IMPORT_VERSION = 2, CACHE_BYTES = 192 << 20 };
-#define COMMIT_SECONDS   1.0
-#define PROGRESS_SECONDS 0.2
 
-// One import under way. `lock` guards the writer and what stands below it.
+// One import under way.
 struct import {
     const import_params *params;
     const import_input *inputs;
@@ -34,22 +29,10 @@ struct import {
     int count;
     plan_bounds bounds;
     geo_ellipsoid ellipsoid;
-    struct pool *pool;
-    struct workshop *workshop;
-    const char *stage;
-    uint64_t stage_tiles;
-    double committed_s, reported_s;
-    pthread_mutex_t lock;
-    pthread_cond_t finished;
-    struct planet_writer *writer;
-    status failed;
-    uint64_t done, stored;
-    int running;
-};
-
-struct job {
-    struct import *import;
-    tile_id id;
+    struct import_store *store;
+    struct crew *crew;
+    double began_s;
+    uint64_t tiles, samples;
 };
 
 static double now_s(void)
@@ -59,98 +42,61 @@ static double now_s(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static void run_job(void *arg, int worker)
+static bool is_first(const struct import *im)
 {
-    struct job *job = arg;
-    struct import *im = job->import;
-    codec_blob body = {0};
-    float min = 0, max = 0;
-    pthread_mutex_lock(&im->lock);
-    status s = im->failed;
-    pthread_mutex_unlock(&im->lock);
-    if (!s) s = workshop_make(im->workshop, worker, job->id, &body, &min, &max);
-    pthread_mutex_lock(&im->lock);
-    if (!s && !im->failed && body.size) {
-        s = planet_writer_put(im->writer, job->id, &body, min, max);
-        im->stored++;
-    }
-    if (s && !im->failed) im->failed = s;
-    im->done++;
-    im->running--;
-    pthread_cond_signal(&im->finished);
-    pthread_mutex_unlock(&im->lock);
-    codec_blob_deinit(&body);
-    free(job);
+    return !im->params->team || im->params->team->rank == 0;
 }
 
-// Lock held. Commits and reports when it is time; a request to stop becomes im->failed.
-static void tend(struct import *im)
+static status agree(const struct import *im, status s)
 {
-    double now = now_s();
-    if (!im->failed && now - im->committed_s > COMMIT_SECONDS) {
-        im->failed = planet_writer_commit(im->writer);
-        im->committed_s = now_s();
-    }
-    if (im->failed || !im->params->progress || now - im->reported_s < PROGRESS_SECONDS) return;
-    im->reported_s = now;
-    double done = im->stage_tiles ? (double)im->done / (double)im->stage_tiles : 1;
-    pthread_mutex_unlock(&im->lock);
-    bool stop = im->params->progress(im->params->user, im->stage, done);
-    pthread_mutex_lock(&im->lock);
-    if (stop && !im->failed) im->failed = ERR_CANCELLED;
+    const import_team *team = im->params->team;
+    return team ? team->agree(team->user, s) : s;
 }
 
-// Lock held. Waits until fewer than `limit` jobs are under way.
-static void wait_below(struct import *im, int limit)
+static uint64_t sum(const struct import *im, uint64_t mine)
 {
-    tend(im);
-    while (im->running >= limit) {
-        struct timespec until;
-        clock_gettime(CLOCK_REALTIME, &until);
-        until.tv_nsec += 50 * 1000 * 1000;
-        until.tv_sec += until.tv_nsec / 1000000000;
-        until.tv_nsec %= 1000000000;
-        pthread_cond_timedwait(&im->finished, &im->lock, &until);
-        tend(im);
+    const import_team *team = im->params->team;
+    return team ? team->sum(team->user, mine) : mine;
+}
+
+// The inputs of one layer.
+struct layer {
+    enum tile_layer layer;
+    import_input *inputs;
+    raster_grid *grids;
+    int count, max_zoom;
+};
+
+static void layer_init(const struct import *im, enum tile_layer layer, struct layer *out)
+{
+    *out = (struct layer){.layer = layer,
+                          .inputs = NEW_ARRAY(import_input, (size_t)im->count),
+                          .grids = NEW_ARRAY(raster_grid, (size_t)im->count),
+                          .max_zoom = -1};
+    for (int i = 0; i < im->count; i++) {
+        if (im->inputs[i].source.layer != layer) continue;
+        out->inputs[out->count] = im->inputs[i];
+        out->grids[out->count++] = im->grids[i];
+        if (im->grids[i].zoom > out->max_zoom) out->max_zoom = im->grids[i].zoom;
     }
 }
 
-static status make_zoom(struct import *im, enum tile_layer layer, int zoom,
-                        const raster_grid *grids, int count)
+static void layer_deinit(struct layer *l)
 {
-    struct plan_walk *walk = plan_walk_begin(layer, zoom, grids, count, &im->bounds);
-    int limit = 4 * pool_threads(im->pool);
-    tile_id id;
-    pthread_mutex_lock(&im->lock);
-    while (!im->failed && plan_walk_next(walk, &id)) {
-        if (planet_writer_has(im->writer, id)) {
-            im->done++;
-            im->stored++;
-            tend(im);
-            continue;
-        }
-        wait_below(im, limit);
-        if (im->failed) break;
-        im->running++;
-        pthread_mutex_unlock(&im->lock);
-        struct job *job = NEW(struct job);
-        *job = (struct job){im, id};
-        pool_submit(im->pool, run_job, job);
-        pthread_mutex_lock(&im->lock);
-    }
-    wait_below(im, 1);
-    status s = im->failed;
-    pthread_mutex_unlock(&im->lock);
-    plan_walk_end(&walk);
-    return s;
+    free(l->inputs);
+    free(l->grids);
 }
 
-static uint64_t count_tiles(struct import *im, enum tile_layer layer, int max_zoom,
-                            const raster_grid *grids, int count)
+static struct plan_walk *begin_walk(const struct import *im, const struct layer *l, int zoom)
+{
+    return plan_walk_begin(l->layer, zoom, l->grids, l->count, &im->bounds);
+}
+
+static uint64_t count_tiles(const struct import *im, const struct layer *l)
 {
     uint64_t n = 0;
-    for (int zoom = 0; zoom <= max_zoom; zoom++) {
-        struct plan_walk *walk = plan_walk_begin(layer, zoom, grids, count, &im->bounds);
+    for (int zoom = 0; zoom <= l->max_zoom; zoom++) {
+        struct plan_walk *walk = begin_walk(im, l, zoom);
         tile_id id;
         while (plan_walk_next(walk, &id)) n++;
         plan_walk_end(&walk);
@@ -158,39 +104,40 @@ static uint64_t count_tiles(struct import *im, enum tile_layer layer, int max_zo
     return n;
 }
 
+static struct workshop *make_workshop(const struct import *im, const struct layer *l, int workers,
+                                      struct import_cache *cache)
+{
+    return workshop_create(&(workshop_params){.inputs = l->inputs,
+                                              .grids = l->grids,
+                                              .count = l->count,
+                                              .workers = workers,
+                                              .ellipsoid = im->ellipsoid,
+                                              .bounds = im->bounds,
+                                              .feather = im->params->feather_rows,
+                                              .cache = cache});
+}
+
 static status make_layer(struct import *im, enum tile_layer layer)
 {
     static const char *const stages[LAYER_COUNT] = {"heights", "colour", "night"};
-    import_input *inputs = NEW_ARRAY(import_input, (size_t)im->count);
-    raster_grid *grids = NEW_ARRAY(raster_grid, (size_t)im->count);
-    int count = 0, max_zoom = -1;
-    for (int i = 0; i < im->count; i++) {
-        if (im->inputs[i].source.layer != layer) continue;
-        inputs[count] = im->inputs[i];
-        grids[count++] = im->grids[i];
-        if (im->grids[i].zoom > max_zoom) max_zoom = im->grids[i].zoom;
-    }
+    struct layer l;
+    layer_init(im, layer, &l);
     status s = OK;
-    if (count) {
-        struct import_cache *cache = import_cache_create(im->writer, &im->lock, CACHE_BYTES);
-        im->workshop = workshop_create(&(workshop_params){.inputs = inputs,
-                                                          .grids = grids,
-                                                          .count = count,
-                                                          .workers = pool_threads(im->pool),
-                                                          .ellipsoid = im->ellipsoid,
-                                                          .bounds = im->bounds,
-                                                          .feather = im->params->feather_rows,
-                                                          .cache = cache});
-        im->stage = stages[layer];
-        im->done = 0;
-        im->stage_tiles = count_tiles(im, layer, max_zoom, grids, count);
-        for (int zoom = max_zoom; !s && zoom >= 0; zoom--)
-            s = make_zoom(im, layer, zoom, grids, count);
-        workshop_destroy(&im->workshop);
+    if (l.count) {
+        uint64_t before = crew_count(im->crew).made;
+        struct import_cache *cache = import_cache_create(im->store, CACHE_BYTES);
+        struct workshop *workshop = make_workshop(im, &l, crew_threads(im->crew), cache);
+        crew_begin(im->crew, stages[layer], count_tiles(im, &l), workshop);
+        for (int zoom = l.max_zoom; !s && zoom >= 0; zoom--) {
+            struct plan_walk *walk = begin_walk(im, &l, zoom);
+            s = crew_make(im->crew, walk);
+            plan_walk_end(&walk);
+        }
+        workshop_destroy(&workshop);
         import_cache_destroy(&cache);
+        im->samples += (crew_count(im->crew).made - before) * TILE_SIZE * TILE_SIZE;
     }
-    free(inputs);
-    free(grids);
+    layer_deinit(&l);
     return s;
 }
 
@@ -248,18 +195,6 @@ static char *make_fingerprint(const struct import *im, const char *made_from)
     return text;
 }
 
-// Leftovers of SQLite beside a planet file.
-static void remove_journals(const char *path)
-{
-    static const char *const tails[] = {"-wal", "-shm", "-journal"};
-    for (size_t i = 0; i < sizeof tails / sizeof *tails; i++) {
-        char *name;
-        if (asprintf(&name, "%s%s", path, tails[i]) < 0) abort();
-        unlink(name);
-        free(name);
-    }
-}
-
 status import_check_output(const char *output, bool force)
 {
     struct stat st;
@@ -301,52 +236,116 @@ static void fill_meta(const struct import *im, struct planet_meta *meta)
 static status make_all(struct import *im)
 {
     status s = OK;
-    im->committed_s = im->reported_s = now_s();
     for (int layer = 0; !s && layer < LAYER_COUNT; layer++)
         s = make_layer(im, (enum tile_layer)layer);
-    if (!s && !im->stored) {
-        log_error("%s: the sources hold no data%s", im->params->output,
-                  plan_bounds_are_global(&im->bounds) ? "" : " inside the bounds");
+    struct crew_counters c = crew_count(im->crew);
+    uint64_t stored = sum(im, c.made + c.kept);
+    if (!s && !stored) {
+        if (is_first(im))
+            log_error("%s: the sources hold no data%s", im->params->output,
+                      plan_bounds_are_global(&im->bounds) ? "" : " inside the bounds");
         s = ERR_ARGUMENT;
     }
+    return s;
+}
+
+static bool report_join(void *user, double done)
+{
+    const import_params *p = ((struct import *)user)->params;
+    return p->progress && p->progress(p->user, "joining", done);
+}
+
+// The file and its name are on the disk when this returns.
+static status move_into_place(const char *from, const char *to)
+{
+    int fd = open(from, O_RDONLY | O_CLOEXEC);
+    bool good = fd >= 0 && fsync(fd) == 0;
+    if (fd >= 0) close(fd);
+    if (good) good = rename(from, to) == 0;
+    if (!good) {
+        log_error("%s: cannot be renamed to %s: %s", from, to, strerror(errno));
+        return ERR_IO;
+    }
+    char *folder = NEW_ARRAY(char, strlen(to) + 2);
+    strcpy(folder, to);
+    char *slash = strrchr(folder, '/');
+    if (slash) slash[slash == folder] = '\0';
+    fd = open(slash ? folder : ".", O_RDONLY | O_CLOEXEC);
+    if (fd >= 0) {
+        (void)fsync(fd);
+        close(fd);
+    }
+    free(folder);
+    return OK;
+}
+
+static status join(struct import *im, const char *joining)
+{
     struct planet_meta meta;
     fill_meta(im, &meta);
-    if (!s) s = planet_measure_gain(im->writer, &meta.synthesis_gain);
-    return s ? s : planet_writer_finish(im->writer, &meta);
+    status s = import_store_join(im->store, joining, &meta, report_join, im, &im->tiles);
+    if (!s) s = move_into_place(joining, im->params->output);
+    if (s) unlink(joining);
+    return s;
+}
+
+static void write_report(const struct import *im)
+{
+    struct crew_counters c = crew_count(im->crew);
+    import_report r = {.tiles = im->tiles,
+                       .made = sum(im, c.made),
+                       .uniform = sum(im, c.uniform),
+                       .samples = sum(im, im->samples),
+                       .seconds = now_s() - im->began_s,
+                       .threads = (int)sum(im, (uint64_t)crew_threads(im->crew))};
+    struct stat st;
+    if (!stat(im->params->output, &st)) r.bytes = (uint64_t)st.st_size;
+    if (im->params->report) *im->params->report = r;
 }
 
 static status write_planet(struct import *im, const char *made_from)
 {
     const import_params *p = im->params;
-    char *part, *fingerprint = make_fingerprint(im, made_from);
+    char *part, *joining, *fingerprint = make_fingerprint(im, made_from);
     if (asprintf(&part, "%s.part", p->output) < 0) abort();
-    bool resume = p->resume && access(part, F_OK) == 0;
-    if (!resume) {
-        unlink(part);
-        remove_journals(part);
-    }
-    status s = planet_writer_open(part, fingerprint, resume, &im->writer);
-    if (!s) s = make_all(im);
-    if (im->writer && s && !im->failed) im->failed = s;
-    planet_writer_close(&im->writer);
+    if (asprintf(&joining, "%s.joining", p->output) < 0) abort();
+    import_store_params sp = {.part = part,
+                              .fingerprint = fingerprint,
+                              .rank = p->team ? p->team->rank : 0,
+                              .resume = p->resume};
+    // Rank 0 clears away or mends what is there before the others open theirs.
+    status s = is_first(im) ? import_store_open(&sp, &im->store) : OK;
+    s = agree(im, s);
+    if (!s && !is_first(im)) s = import_store_open(&sp, &im->store);
+    s = agree(im, s);
     if (!s) {
-        remove_journals(p->output);
-        if (rename(part, p->output)) {
-            log_error("%s: cannot be renamed to %s: %s", part, p->output, strerror(errno));
-            s = ERR_IO;
-        }
+        im->crew = crew_create(&(crew_params){.store = im->store,
+                                              .team = p->team,
+                                              .threads = p->threads,
+                                              .progress = p->progress,
+                                              .user = p->user});
+        s = make_all(im);
+        if (!s && is_first(im)) s = join(im, joining);
+        s = agree(im, s);
+        if (!s) write_report(im);
+        crew_destroy(&im->crew);
     }
+    import_store_close(&im->store);
+    s = agree(im, s);
+    if (!s && is_first(im)) import_store_remove(part);
     free(part);
+    free(joining);
     free(fingerprint);
     return s;
 }
 
-status import_inputs(const import_params *p, const import_input *inputs, int count,
-                     const char *made_from)
+// The settings checked, the bounds read, the grids of all inputs found.
+static status prepare(struct import *im)
 {
-    struct import im = {.params = p, .inputs = inputs, .count = count};
-    im.ellipsoid = p->ellipsoid.a > 0 ? p->ellipsoid : GEO_WGS84;
-    if (count < 1) {
+    const import_params *p = im->params;
+    im->began_s = now_s();
+    im->ellipsoid = p->ellipsoid.a > 0 ? p->ellipsoid : GEO_WGS84;
+    if (im->count < 1) {
         log_error("%s: no raster to import", p->output);
         return ERR_ARGUMENT;
     }
@@ -354,20 +353,21 @@ status import_inputs(const import_params *p, const import_input *inputs, int cou
         log_error("a feather of %d rows is not in 0..%d", p->feather_rows, BLEND_MAX_ROWS);
         return ERR_ARGUMENT;
     }
-    status s = import_check_output(p->output, p->force);
-    if (!s) s = read_bounds(p->bounds_deg, &im.bounds);
+    status s = read_bounds(p->bounds_deg, &im->bounds);
     if (s) return s;
-    im.grids = NEW_ARRAY(raster_grid, (size_t)count);
-    pthread_mutex_init(&im.lock, NULL);
-    pthread_cond_init(&im.finished, NULL);
-    s = open_grids(&im);
-    if (!s) {
-        im.pool = pool_create(p->threads, 1024);
-        s = write_planet(&im, made_from);
-        pool_destroy(&im.pool);
-    }
-    pthread_cond_destroy(&im.finished);
-    pthread_mutex_destroy(&im.lock);
+    im->grids = NEW_ARRAY(raster_grid, (size_t)im->count);
+    return open_grids(im);
+}
+
+status import_inputs(const import_params *p, const import_input *inputs, int count,
+                     const char *made_from)
+{
+    struct import im = {.params = p, .inputs = inputs, .count = count};
+    status s = count > 0 && is_first(&im) ? import_check_output(p->output, p->force) : OK;
+    s = agree(&im, s);
+    if (!s) s = prepare(&im);
+    s = agree(&im, s);
+    if (!s) s = write_planet(&im, made_from);
     free(im.grids);
     return s;
 }
@@ -377,6 +377,70 @@ status import_run(const import_params *params)
     import_list list;
     status s = import_list_init(params->sources, params->source_count, &list);
     if (!s) s = import_inputs(params, list.inputs, list.count, NULL);
+    import_list_deinit(&list);
+    return s;
+}
+
+// The estimate
+
+enum { ESTIMATE_TILES = 12 };
+
+static double thread_cpu_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// Makes a few tiles of the layer's finest zoom, evenly spread, and takes them for all.
+static status estimate_layer(const struct import *im, const struct layer *l, import_estimate *out)
+{
+    uint64_t all = count_tiles(im, l), finest = 0, bytes = 0, i = 0;
+    tile_id id;
+    struct plan_walk *walk = begin_walk(im, l, l->max_zoom);
+    while (plan_walk_next(walk, &id)) finest++;
+    plan_walk_end(&walk);
+    struct workshop *workshop = make_workshop(im, l, 1, NULL);
+    uint64_t every = finest / ESTIMATE_TILES + 1, looked = 0, stored = 0;
+    status s = OK;
+    double seconds = 0;
+    walk = begin_walk(im, l, l->max_zoom);
+    while (!s && plan_walk_next(walk, &id)) {
+        if (i++ % every != every / 2) continue;
+        double began = thread_cpu_s();
+        made_tile tile;
+        s = workshop_make(workshop, 0, id, &tile);
+        seconds += thread_cpu_s() - began;
+        looked++;
+        stored += tile.body.size > 0;
+        bytes += tile.uniform ? 0 : tile.body.size;
+        codec_blob_deinit(&tile.body);
+    }
+    plan_walk_end(&walk);
+    workshop_destroy(&workshop);
+    if (s || !looked) return s;
+    double share = (double)stored / (double)looked;
+    out->tiles += (uint64_t)((double)all * share);
+    out->samples += (uint64_t)((double)all * share) * TILE_SIZE * TILE_SIZE;
+    out->bytes += (double)all * ((double)bytes / (double)looked + share * 48); // a row of the table
+    out->core_seconds += (double)all * seconds / (double)looked;
+    return OK;
+}
+
+status import_estimate_run(const import_params *p, import_estimate *out)
+{
+    *out = (import_estimate){0};
+    import_list list;
+    status s = import_list_init(p->sources, p->source_count, &list);
+    struct import im = {.params = p, .inputs = list.inputs, .count = list.count};
+    if (!s) s = prepare(&im);
+    for (int layer = 0; !s && layer < LAYER_COUNT; layer++) {
+        struct layer l;
+        layer_init(&im, (enum tile_layer)layer, &l);
+        if (l.count) s = estimate_layer(&im, &l, out);
+        layer_deinit(&l);
+    }
+    free(im.grids);
     import_list_deinit(&list);
     return s;
 }

@@ -14,6 +14,7 @@
 #ifndef PERIGEE_PLANET_IMPORT_H
 #define PERIGEE_PLANET_IMPORT_H
 
+#include "planet/import_team.h"
 #include "planet/planet_file.h"
 
 typedef struct import_source {
@@ -24,6 +25,17 @@ typedef struct import_source {
     const char *vertical; // what heights stand above, as in import_vertical.h; NULL: as declared
     int priority;         // sources of a higher one lie on top of all of a lower one
 } import_source;
+
+// What an import did, over all processes.
+typedef struct import_report {
+    uint64_t tiles;   // in the finished file
+    uint64_t made;    // by this run; the others were there before
+    uint64_t uniform; // of `made`: one value throughout
+    uint64_t samples; // of `made`, all channels of a pixel counting as one
+    uint64_t bytes;   // of the finished file
+    double seconds;
+    int threads; // workers of all processes
+} import_report;
 
 typedef struct import_params {
     // On top lies the highest priority, then the finest zoom, then the last given.
@@ -39,15 +51,33 @@ typedef struct import_params {
     int threads;             // 0: one for each processor
     bool resume; // go on with the committed tiles of an interrupted import of the same sources
     bool force;  // replace an existing output
+    // Put the sources on top of the finished planet at `output` (where they are not coarser than
+    // what it has), whose name, attribution and ellipsoid stay unless given here. Only the tiles
+    // that the sources touch, in each zoom, are made anew; the file is replaced as a whole.
+    bool add;
+    const import_team *team; // processes that share the work; NULL: alone
+    import_report *report;   // filled when the import is complete, of rank 0; may be NULL
     // Called on the calling thread, a few times a second; return true to stop (what is committed
     // stays). May be NULL.
     bool (*progress)(void *user, const char *stage, double done);
     void *user;
 } import_params;
 
-// Makes params->output by way of output.part, renamed when complete. ERR_CANCELLED leaves
+// Makes params->output: tiles go to output.part (other processes: output.part.1, ...), which can be
+// resumed after any kind of end; when all are there they are gathered into output.joining, which
+// takes the output's name. The same sources and settings give the same file, byte by byte, whatever
+// the threads, processes and interruptions. Disk: twice the planet. ERR_CANCELLED leaves
 // output.part for `resume`.
 status import_run(const import_params *params);
+
+// What import_run would have to do, measured on a few tiles of each layer. Writes nothing.
+typedef struct import_estimate {
+    uint64_t tiles, samples;
+    double bytes;        // of the finished file
+    double core_seconds; // of one thread, reading included
+} import_estimate;
+
+status import_estimate_run(const import_params *params, import_estimate *out);
 
 typedef struct import_earth_params {
     const char *atlas_dir;  // NULL: where Debian's marble-qt-data puts its maps

@@ -1,6 +1,7 @@
 #include "planet/import_cache.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,8 +24,7 @@ struct entry {
 };
 
 struct import_cache {
-    struct planet_writer *writer;
-    pthread_mutex_t *writer_lock;
+    struct import_store *store;
     pthread_mutex_t lock;
     pthread_cond_t loaded;
     struct entry *entries;
@@ -32,12 +32,10 @@ struct import_cache {
     unsigned long clock;
 };
 
-struct import_cache *import_cache_create(struct planet_writer *writer, pthread_mutex_t *writer_lock,
-                                         size_t bytes)
+struct import_cache *import_cache_create(struct import_store *store, size_t bytes)
 {
     struct import_cache *c = NEW(struct import_cache);
-    c->writer = writer;
-    c->writer_lock = writer_lock;
+    c->store = store;
     c->limit = bytes;
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->loaded, NULL);
@@ -96,9 +94,7 @@ static status decode_pixels(const codec_blob *body, int channels, float *planes)
 static status load(struct import_cache *c, cached_tile *t)
 {
     codec_blob body = {0};
-    pthread_mutex_lock(c->writer_lock);
-    status s = planet_writer_get(c->writer, t->id, &body, &t->min, &t->max);
-    pthread_mutex_unlock(c->writer_lock);
+    status s = import_store_get(c->store, t->id, &body, &t->min, &t->max);
     if (s) return s == ERR_NOT_FOUND ? OK : s;
     int channels = t->id.layer == LAYER_COLOR ? 3 : 1;
     t->planes = malloc((size_t)SAMPLES * (size_t)channels * sizeof(float));

@@ -3,10 +3,9 @@
 #ifndef PERIGEE_PLANET_IMPORT_CACHE_H
 #define PERIGEE_PLANET_IMPORT_CACHE_H
 
-#include <pthread.h>
 #include <stdbool.h>
 
-#include "planet/planet_writer.h"
+#include "planet/import_store.h"
 
 struct import_cache;
 
@@ -19,10 +18,8 @@ typedef struct cached_tile {
     float min, max; // of the heights of the tile and of its descendants
 } cached_tile;
 
-// `writer` is used under `writer_lock`. `bytes`: bound of what is kept beyond the tiles that are
-// held.
-struct import_cache *import_cache_create(struct planet_writer *writer, pthread_mutex_t *writer_lock,
-                                         size_t bytes);
+// `bytes`: bound of what is kept beyond the tiles that are held.
+struct import_cache *import_cache_create(struct import_store *store, size_t bytes);
 void import_cache_destroy(struct import_cache **cache);
 
 // ERR_NOT_FOUND does not occur: a tile that is not stored has no planes. Errors of decoding are

@@ -112,31 +112,40 @@ static status compose(struct workshop *w, struct bench *b, tile_id id, bool *any
     return OK;
 }
 
-static status encode_heights(struct bench *b, codec_blob *body, float *min, float *max)
+static status encode_heights(struct bench *b, made_tile *out)
 {
-    float low = b->lowest, high = b->highest;
+    float low = INFINITY, high = -INFINITY;
+    bool holes = false;
     for (int i = 0; i < SAMPLES; i++) {
         low = b->tile[i] < low ? b->tile[i] : low;
         high = b->tile[i] > high ? b->tile[i] : high;
+        holes |= isnan(b->tile[i]);
     }
+    out->uniform = low == high && !holes;
+    low = fminf(low, b->lowest);
+    high = fmaxf(high, b->highest);
     if (low > high) return OK;
-    *min = low;
-    *max = high;
-    return codec_height_encode(b->tile, body);
+    out->min = low;
+    out->max = high;
+    return codec_height_encode(b->tile, &out->body);
 }
 
-status workshop_make(struct workshop *w, int worker, tile_id id, codec_blob *body, float *min,
-                     float *max)
+static status encode_pixels(const struct workshop *w, struct bench *b, made_tile *out)
 {
-    struct bench *b = &w->benches[worker];
-    bool any;
-    *body = (codec_blob){0};
-    *min = *max = 0;
-    status s = compose(w, b, id, &any);
-    if (s || !any) return s;
-    if (id.layer == LAYER_HEIGHT) return encode_heights(b, body, min, max);
     for (int i = 0; i < SAMPLES; i++)
         for (int c = 0; c < w->channels; c++)
             b->pixels[i * w->channels + c] = light_encode(b->tile[c * SAMPLES + i]);
-    return codec_pixels_encode(b->pixels, w->channels, PIXEL_QUALITY, body);
+    size_t rest = (size_t)(SAMPLES - 1) * (size_t)w->channels;
+    out->uniform = memcmp(b->pixels, b->pixels + w->channels, rest) == 0;
+    return codec_pixels_encode(b->pixels, w->channels, PIXEL_QUALITY, &out->body);
+}
+
+status workshop_make(struct workshop *w, int worker, tile_id id, made_tile *out)
+{
+    struct bench *b = &w->benches[worker];
+    bool any;
+    *out = (made_tile){0};
+    status s = compose(w, b, id, &any);
+    if (s || !any) return s;
+    return id.layer == LAYER_HEIGHT ? encode_heights(b, out) : encode_pixels(w, b, out);
 }

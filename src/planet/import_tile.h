@@ -32,9 +32,15 @@ typedef struct workshop_params {
 struct workshop *workshop_create(const workshop_params *params);
 void workshop_destroy(struct workshop **workshop);
 
-// body is empty (size 0) when no source has data in the tile. min, max: of the heights of the tile
-// and of all its descendants, 0 for pixels.
-status workshop_make(struct workshop *workshop, int worker, tile_id id, codec_blob *body,
-                     float *min, float *max);
+// A tile made. body: empty (size 0) when no source has data in the tile; freed by the caller. min,
+// max: of the heights of the tile and of all its descendants, 0 for pixels. uniform: one value
+// throughout.
+typedef struct made_tile {
+    codec_blob body;
+    float min, max;
+    bool uniform;
+} made_tile;
+
+status workshop_make(struct workshop *workshop, int worker, tile_id id, made_tile *out);
 
 #endif

@@ -47,24 +47,6 @@ static status tile_fault(const struct planet_file *file, tile_id id, const char 
     return ERR_FORMAT;
 }
 
-// file: URI of a path; what has a meaning in a URI is escaped.
-static char *uri_of(const char *path, bool immutable)
-{
-    static const char digits[] = "0123456789abcdef";
-    size_t size = 3 * strlen(path) + 64, n = 5;
-    char *uri = NEW_ARRAY(char, size);
-    memcpy(uri, "file:", n);
-    for (const char *c = path; *c; c++) {
-        bool plain = !strchr("%?#", *c);
-        uri[n++] = plain ? *c : '%';
-        if (plain) continue;
-        uri[n++] = digits[(unsigned char)*c >> 4];
-        uri[n++] = digits[(unsigned char)*c & 15];
-    }
-    snprintf(uri + n, size - n, "?mode=ro%s", immutable ? "&immutable=1" : "");
-    return uri;
-}
-
 static void connection_close(struct connection **connection)
 {
     struct connection *c = *connection;
@@ -76,25 +58,15 @@ static void connection_close(struct connection **connection)
     *connection = NULL;
 }
 
-// Nothing in the file's schema may run code, and no value may be larger than a tile can be.
-static void restrict_database(sqlite3 *db)
-{
-    sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
-    sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
-    sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL);
-    sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL);
-    sqlite3_limit(db, SQLITE_LIMIT_LENGTH, STORE_MAX_BODY + 4096);
-}
-
 static status connection_open(const struct planet_file *file, struct connection **out)
 {
     struct connection *c = NEW(struct connection);
-    char *uri = uri_of(file->path, file->immutable);
+    char *uri = store_uri(file->path, file->immutable);
     int flags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
     status s = OK;
     if (sqlite3_open_v2(uri, &c->db, flags, NULL) != SQLITE_OK) s = store_error(c->db, file->path);
     free(uri);
-    if (!s) restrict_database(c->db);
+    if (!s) store_restrict(c->db);
     if (!s) s = store_exec(c->db, file->path, "PRAGMA cell_size_check = ON");
     if (!s) s = store_exec(c->db, file->path, "PRAGMA cache_size = -1024");
     if (!s) s = store_check(c->db, file->path);
@@ -220,11 +192,11 @@ static status decode_row(const struct planet_file *file, tile_id id, sqlite3_stm
     size_t size = data ? (size_t)sqlite3_column_bytes(stmt, 1) : 0;
     if (sqlite3_column_type(stmt, 1) != SQLITE_BLOB || size == 0)
         return tile_fault(file, id, "its body is missing");
-    if (sqlite3_column_int64(stmt, 0) != store_hash(data, size))
-        return tile_fault(file, id, "corrupt: its body is not what was written");
-    status s = id.layer == LAYER_HEIGHT
-                   ? codec_height_decode(data, size, out)
-                   : codec_pixels_decode(data, size, id.layer == LAYER_COLOR ? 3 : 1, out);
+    status s = store_check_body(file->path, id, data, size, sqlite3_column_int64(stmt, 0));
+    if (s) return s;
+    s = id.layer == LAYER_HEIGHT
+            ? codec_height_decode(data, size, out)
+            : codec_pixels_decode(data, size, id.layer == LAYER_COLOR ? 3 : 1, out);
     return s == ERR_FORMAT ? tile_fault(file, id, "corrupt: its body is no such image") : s;
 }
 

@@ -12,7 +12,7 @@
 #include "geo/ellipsoid.h"
 #include "planet/grid.h"
 
-enum { PLANET_SCHEMA_VERSION = 1, PLANET_TEXT_SIZE = 512 };
+enum { PLANET_SCHEMA_VERSION = 2, PLANET_TEXT_SIZE = 512 };
 
 struct planet_meta {
     char name[64];

@@ -38,6 +38,7 @@ static const char *const statements[STATEMENT_COUNT] = {
 struct planet_writer {
     sqlite3 *db;
     char *path;
+    bool bulk;
     sqlite3_stmt *stmt[STATEMENT_COUNT];
 };
 
@@ -94,6 +95,17 @@ static status check_fingerprint(struct planet_writer *w, const char *fingerprint
     return s;
 }
 
+// How the file is written. The order of the pragmas matters.
+// Log: committed every second or so; exclusive, so that a second writer is refused and no memory is
+// shared through the file system.
+static const char log_sql[] = "PRAGMA page_size = 8192; PRAGMA locking_mode = EXCLUSIVE;"
+                              "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;"
+                              "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -16384";
+// Bulk: one transaction, good for nothing if it does not come to its end.
+static const char bulk_sql[] = "PRAGMA page_size = 8192; PRAGMA locking_mode = EXCLUSIVE;"
+                               "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
+                               "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -131072";
+
 static status open_database(struct planet_writer *w, const char *fingerprint, bool resume)
 {
     status s = resume ? OK : remove_file(w->path);
@@ -103,12 +115,7 @@ static status open_database(struct planet_writer *w, const char *fingerprint, bo
         return store_error(w->db, w->path);
     int pages = 0;
     s = store_query_int(w->db, w->path, "PRAGMA page_count", &pages);
-    // Exclusive: a second writer of the same file is refused. The order of these matters.
-    if (!s)
-        s = store_exec(w->db, w->path,
-                       "PRAGMA page_size = 8192; PRAGMA locking_mode = EXCLUSIVE;"
-                       "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;"
-                       "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -16384");
+    if (!s) s = store_exec(w->db, w->path, w->bulk ? bulk_sql : log_sql);
     if (!s) s = pages == 0 ? write_schema(w, fingerprint) : check_fingerprint(w, fingerprint);
     for (int i = 0; !s && i < STATEMENT_COUNT; i++)
         s = store_prepare(w->db, w->path, statements[i], &w->stmt[i]);
@@ -125,16 +132,29 @@ static void discard(struct planet_writer **writer)
     *writer = NULL;
 }
 
-status planet_writer_open(const char *path, const char *fingerprint, bool resume,
+static status open_writer(const char *path, const char *fingerprint, bool resume, bool bulk,
                           struct planet_writer **out)
 {
     struct planet_writer *w = NEW(struct planet_writer);
     w->path = NEW_ARRAY(char, strlen(path) + 1);
+    w->bulk = bulk;
     strcpy(w->path, path);
     status s = open_database(w, fingerprint, resume);
     if (s) discard(&w);
     *out = w;
     return s;
+}
+
+status planet_writer_open(const char *path, const char *fingerprint, bool resume,
+                          struct planet_writer **out)
+{
+    return open_writer(path, fingerprint, resume, false, out);
+}
+
+status planet_writer_open_bulk(const char *path, const char *fingerprint,
+                               struct planet_writer **out)
+{
+    return open_writer(path, fingerprint, false, true, out);
 }
 
 void planet_writer_close(struct planet_writer **writer)
@@ -193,31 +213,7 @@ status planet_writer_put(struct planet_writer *w, tile_id id, const codec_blob *
 status planet_writer_get(struct planet_writer *w, tile_id id, codec_blob *body, float *min,
                          float *max)
 {
-    *body = (codec_blob){0};
-    *min = *max = 0;
-    sqlite3_stmt *get = w->stmt[GET];
-    store_bind_tile(get, id);
-    int code = sqlite3_step(get);
-    status s = OK;
-    if (code == SQLITE_ROW) {
-        const void *data = sqlite3_column_blob(get, 0);
-        size_t size = (size_t)sqlite3_column_bytes(get, 0);
-        body->data = malloc(size ? size : 1);
-        if (!body->data) s = ERR_MEMORY;
-        else if (size) memcpy(body->data, data, size);
-        if (!s) body->size = size;
-        if (!s && store_hash(body->data, size) != sqlite3_column_int64(get, 1)) {
-            log_error("%s: tile %s/%d/%d/%d: corrupt: its body is not what was written", w->path,
-                      tile_layer_name(id.layer), id.zoom, id.row, id.col);
-            s = ERR_FORMAT;
-        }
-        *min = (float)sqlite3_column_double(get, 2);
-        *max = (float)sqlite3_column_double(get, 3);
-    } else {
-        s = code == SQLITE_DONE ? ERR_NOT_FOUND : store_error(w->db, w->path);
-    }
-    sqlite3_reset(get);
-    return s;
+    return store_get_body(w->db, w->path, w->stmt[GET], id, body, min, max);
 }
 
 status planet_writer_commit(struct planet_writer *w)
@@ -227,6 +223,20 @@ status planet_writer_commit(struct planet_writer *w)
         if (s) return s;
     }
     return store_exec(w->db, w->path, "BEGIN IMMEDIATE");
+}
+
+status planet_writer_seal(struct planet_writer *w)
+{
+    status s = OK;
+    if (!sqlite3_get_autocommit(w->db)) s = store_exec(w->db, w->path, "COMMIT");
+    if (!s) s = store_exec(w->db, w->path, "PRAGMA wal_checkpoint(TRUNCATE)");
+    return s ? s : store_exec(w->db, w->path, "BEGIN IMMEDIATE");
+}
+
+status planet_writer_keep_log(struct planet_writer *w, bool keep)
+{
+    return store_exec(w->db, w->path,
+                      keep ? "PRAGMA wal_autocheckpoint = 0" : "PRAGMA wal_autocheckpoint = 1000");
 }
 
 int planet_writer_max_zoom(struct planet_writer *w, enum tile_layer layer)
@@ -288,5 +298,5 @@ status planet_writer_finish(struct planet_writer *w, const struct planet_meta *m
     if (!s) s = store_meta_write(w->db, w->path, &m);
     if (!s) s = store_exec(w->db, w->path, "COMMIT");
     // Out of WAL mode: the log is folded in and removed.
-    return s ? s : store_exec(w->db, w->path, "PRAGMA journal_mode = DELETE");
+    return s || w->bulk ? s : store_exec(w->db, w->path, "PRAGMA journal_mode = DELETE");
 }

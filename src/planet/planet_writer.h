@@ -13,6 +13,11 @@ struct planet_writer;
 status planet_writer_open(const char *path, const char *fingerprint, bool resume,
                           struct planet_writer **out);
 
+// Creates a file that is written in one go: quick, and useless unless finished. What it holds
+// depends on the order of what is put and on nothing else, byte by byte.
+status planet_writer_open_bulk(const char *path, const char *fingerprint,
+                               struct planet_writer **out);
+
 // Commits and closes. NULL-safe.
 void planet_writer_close(struct planet_writer **writer);
 
@@ -38,6 +43,12 @@ status planet_writer_sample(struct planet_writer *writer, enum tile_layer layer,
 
 // Makes what was put durable; call every second or so.
 status planet_writer_commit(struct planet_writer *writer);
+
+// Commits and folds the log into the file, so that planet_part_open sees everything.
+status planet_writer_seal(struct planet_writer *writer);
+
+// keep: commits leave the file itself alone until the next seal, for others that read it.
+status planet_writer_keep_log(struct planet_writer *writer, bool keep);
 
 // Writes the metadata (max_zoom, height_min and height_max are computed from the tiles) with
 // complete = true; commits.

@@ -1,9 +1,14 @@
 // SQLite at the room's edge: codes become status, and a message names the file.
 #include "planet/store.h"
 
+#include <math.h>
 #include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "base/log.h"
+#include "base/memory.h"
 #include "planet/planet_file.h"
 
 int64_t store_hash(const void *data, size_t size)
@@ -79,10 +84,84 @@ status store_check(sqlite3 *db, const char *path)
         log_error("%s: not a planet file", path);
         return ERR_FORMAT;
     }
-    if (version != PLANET_SCHEMA_VERSION) {
-        log_error("%s: planet file of version %d, this program reads version %d", path, version,
-                  PLANET_SCHEMA_VERSION);
+    if (version < 1 || version > PLANET_SCHEMA_VERSION) {
+        log_error("%s: planet file of version %d, this program reads versions 1 to %d", path,
+                  version, PLANET_SCHEMA_VERSION);
         return ERR_VERSION;
     }
     return OK;
+}
+
+// What has a meaning in a URI is escaped.
+char *store_uri(const char *path, bool immutable)
+{
+    static const char digits[] = "0123456789abcdef";
+    size_t size = 3 * strlen(path) + 64, n = 5;
+    char *uri = NEW_ARRAY(char, size);
+    memcpy(uri, "file:", n);
+    for (const char *c = path; *c; c++) {
+        bool plain = !strchr("%?#", *c);
+        uri[n++] = plain ? *c : '%';
+        if (plain) continue;
+        uri[n++] = digits[(unsigned char)*c >> 4];
+        uri[n++] = digits[(unsigned char)*c & 15];
+    }
+    snprintf(uri + n, size - n, "?mode=ro%s", immutable ? "&immutable=1" : "");
+    return uri;
+}
+
+void store_restrict(sqlite3 *db)
+{
+    sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
+    sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, NULL);
+    sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, NULL);
+    sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, NULL);
+    sqlite3_limit(db, SQLITE_LIMIT_LENGTH, STORE_MAX_BODY + 4096);
+}
+
+status store_check_body(const char *path, tile_id id, const void *data, size_t size, int64_t hash)
+{
+    if (store_hash(data, size) == hash) return OK;
+    log_error("%s: tile %s/%d/%d/%d: corrupt: its body is not what was written", path,
+              tile_layer_name(id.layer), id.zoom, id.row, id.col);
+    return ERR_FORMAT;
+}
+
+float store_float(sqlite3_stmt *stmt, int column)
+{
+    return sqlite3_column_type(stmt, column) == SQLITE_NULL
+               ? NAN
+               : (float)sqlite3_column_double(stmt, column);
+}
+
+static status copy_body(sqlite3_stmt *stmt, codec_blob *body)
+{
+    const void *data = sqlite3_column_blob(stmt, 0);
+    size_t size = (size_t)sqlite3_column_bytes(stmt, 0);
+    body->data = malloc(size ? size : 1);
+    if (!body->data) return ERR_MEMORY;
+    if (size) memcpy(body->data, data, size);
+    body->size = size;
+    return OK;
+}
+
+status store_get_body(sqlite3 *db, const char *path, sqlite3_stmt *stmt, tile_id id,
+                      codec_blob *body, float *min, float *max)
+{
+    *body = (codec_blob){0};
+    *min = *max = 0;
+    store_bind_tile(stmt, id);
+    int code = sqlite3_step(stmt);
+    status s = code == SQLITE_DONE  ? ERR_NOT_FOUND
+               : code == SQLITE_ROW ? OK
+                                    : store_error(db, path);
+    if (!s) s = copy_body(stmt, body);
+    if (!s) s = store_check_body(path, id, body->data, body->size, sqlite3_column_int64(stmt, 1));
+    if (!s) {
+        *min = store_float(stmt, 2);
+        *max = store_float(stmt, 3);
+    }
+    sqlite3_reset(stmt);
+    if (s) codec_blob_deinit(body);
+    return s;
 }

@@ -1,5 +1,6 @@
 // What the reader and the writer of planet files share: the schema, the check value of bodies, and
-// SQLite's errors as status. Private to planet_file.c and planet_writer.c.
+// SQLite's errors as status. Private to
+// planet_file.c, planet_part.c and planet_writer.c.
 //   meta(key, value)                                  one row a fact, see store_meta.c
 //   body(id, hash, data)                              tile bodies, each stored once; hash:
 //   store_hash tile(layer, zoom, row, col, body, min, max)       body: body.id; min, max: NULL
@@ -12,7 +13,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
-#include "planet/grid.h"
+#include "planet/codec.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -35,6 +36,23 @@ status store_query_int(struct sqlite3 *db, const char *path, const char *sql, in
 
 // Parameters 1-4: layer, zoom, row, col.
 void store_bind_tile(struct sqlite3_stmt *stmt, tile_id id);
+
+// file: URI for reading a path, freed by the caller. immutable: as it is, without lock or log.
+char *store_uri(const char *path, bool immutable);
+
+// Nothing in the file's schema may run code, and no value may be larger than a tile can be.
+void store_restrict(struct sqlite3 *db);
+
+// ERR_FORMAT, logged with path and tile, when a body is not the one that was written.
+status store_check_body(const char *path, tile_id id, const void *data, size_t size, int64_t hash);
+
+// A column as float; NaN when it is NULL.
+float store_float(struct sqlite3_stmt *stmt, int column);
+
+// Runs a statement of the columns data, hash, min, max for a tile: its body (copied, checked) and
+// range. ERR_NOT_FOUND silently.
+status store_get_body(struct sqlite3 *db, const char *path, struct sqlite3_stmt *stmt, tile_id id,
+                      codec_blob *body, float *min, float *max);
 
 // ERR_FORMAT or ERR_VERSION, logged, when the open database is not a planet file of this version.
 status store_check(struct sqlite3 *db, const char *path);

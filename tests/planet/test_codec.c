@@ -46,6 +46,44 @@ static void heights_round_trip(void **state)
     }
 }
 
+// One value throughout: bytes, not kilobytes, and exactly that value.
+static void uniform_tiles_are_small(void **state)
+{
+    (void)state;
+    static const float values[] = {0, -0.0f, 8848.86f, -1e-40f, 3e38f};
+    codec_blob body;
+    for (size_t k = 0; k < sizeof values / sizeof *values; k++) {
+        for (int i = 0; i < SAMPLES; i++) heights[i] = values[k];
+        assert_int_equal(codec_height_encode(heights, &body), OK);
+        assert_int_equal(body.size, 8);
+        assert_int_equal(codec_height_decode(body.data, body.size, got), OK);
+        assert_memory_equal(heights, got, sizeof got);
+        assert_int_equal(codec_pixels_decode(body.data, body.size, 1, got_pixels), ERR_FORMAT);
+        body.data[0] ^= 1;
+        assert_int_equal(codec_height_decode(body.data, body.size, got), ERR_FORMAT);
+        codec_blob_deinit(&body);
+    }
+    heights[SAMPLES / 2] = 1;
+    assert_int_equal(codec_height_encode(heights, &body), OK);
+    assert_true(body.size > 100);
+    codec_blob_deinit(&body);
+    for (int channels = 1; channels <= 3; channels += 2) {
+        for (int i = 0; i < SAMPLES * channels; i++)
+            pixels[i] = (unsigned char)(37 + 50 * (i % channels));
+        assert_int_equal(codec_pixels_encode(pixels, channels, 90, &body), OK);
+        assert_int_equal(body.size, 8);
+        assert_int_equal(codec_pixels_decode(body.data, body.size, channels, got_pixels), OK);
+        assert_memory_equal(pixels, got_pixels, (size_t)SAMPLES * (size_t)channels);
+        assert_int_equal(codec_pixels_decode(body.data, body.size, 4 - channels, got_pixels),
+                         ERR_FORMAT);
+        codec_blob_deinit(&body);
+    }
+    // A body from elsewhere with a height that is none.
+    static const unsigned char nan_body[8] = {'P', 'G', 'U', '0', 0, 0, 0x80, 0x7f};
+    assert_int_equal(codec_height_decode(nan_body, sizeof nan_body, got), OK);
+    assert_true(isnan(got[0]));
+}
+
 static void infinities_become_nan(void **state)
 {
     (void)state;
@@ -195,6 +233,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(heights_round_trip),
+        cmocka_unit_test(uniform_tiles_are_small),
         cmocka_unit_test(infinities_become_nan),
         cmocka_unit_test(pixels_round_trip),
         cmocka_unit_test(channels_are_not_mixed_up),

@@ -252,8 +252,42 @@ static void set_up_large(import_params *p, import_source sources[2], const char 
         .sources = sources, .source_count = 2, .output = out, .name = "Rough", .threads = 2};
 }
 
-// Stopped by the caller, then gone on with; and killed outright, then gone on with: the same as in
-// one go, with any number of threads.
+static void compare_bytes(const char *a, const char *b)
+{
+    FILE *fa = fopen(in_dir(a), "rb"), *fb = fopen(in_dir(b), "rb");
+    assert_non_null(fa);
+    assert_non_null(fb);
+    static unsigned char ba[65536], bb[65536];
+    long at = 0;
+    for (size_t n = 1; n > 0; at += (long)n) {
+        n = fread(ba, 1, sizeof ba, fa);
+        assert_int_equal(fread(bb, 1, sizeof bb, fb), n);
+        if (memcmp(ba, bb, n) != 0) fail_msg("%s and %s differ after byte %ld", a, b, at);
+    }
+    assert_true(at > 1000000);
+    fclose(fa);
+    fclose(fb);
+}
+
+// Goes on with an import in another process and kills it after a while. True when it was done
+// before.
+static bool resume_and_kill(import_params p, int after_ms)
+{
+    pid_t child = fork();
+    if (child == 0) {
+        p.resume = true;
+        p.progress = NULL;
+        _exit(import_run(&p) == OK ? 0 : 1);
+    }
+    usleep((useconds_t)after_ms * 1000);
+    kill(child, SIGKILL);
+    int result = 0;
+    waitpid(child, &result, 0);
+    return WIFEXITED(result) && WEXITSTATUS(result) == 0;
+}
+
+// Stopped by the caller, then gone on with; and killed outright, again and again, then gone on
+// with: the same file, byte by byte, as in one go, with any number of threads.
 static void test_resume(void **state)
 {
     (void)state;
@@ -263,7 +297,10 @@ static void test_resume(void **state)
     snprintf(whole, sizeof whole, "%s", in_dir("whole.planet"));
     snprintf(halves, sizeof halves, "%s", in_dir("halves.planet"));
     set_up_large(&p, sources, whole);
+    import_report report;
+    p.report = &report;
     assert_int_equal(import_run(&p), OK);
+    assert_int_equal(report.tiles, report.made);
     struct stopper stop = {0, 2};
     p.output = halves;
     p.progress = stop_later;
@@ -272,23 +309,43 @@ static void test_resume(void **state)
     assert_int_equal(import_run(&p), ERR_CANCELLED);
     assert_true(access(halves, F_OK) != 0);
     assert_int_equal(access(in_dir("halves.planet.part"), F_OK), 0);
-    pid_t child = fork();
-    if (child == 0) {
-        p.resume = true;
-        p.progress = NULL;
-        (void)import_run(&p);
-        _exit(0);
-    }
-    usleep(400000);
-    kill(child, SIGKILL);
-    waitpid(child, NULL, 0);
+    bool done = false;
+    int kills = 0;
+    for (int ms = 60; ms < 1000 && !done; ms = ms * 3 / 2, kills += !done)
+        done = resume_and_kill(p, ms);
+    print_message("killed %d times\n", kills);
+    assert_true(kills > 2);
     p.resume = true;
     p.threads = 3;
     p.progress = NULL;
-    status s = access(halves, F_OK) == 0 ? OK : import_run(&p); // the child may have been quick
-    assert_int_equal(s, OK);
+    if (!done) assert_int_equal(import_run(&p), OK);
+    if (!done) assert_true(report.made < report.tiles);
     compare_planets("whole.planet", "halves.planet");
+    compare_bytes("whole.planet", "halves.planet");
     assert_true(access(in_dir("halves.planet.part"), F_OK) != 0);
+    assert_true(access(in_dir("halves.planet.joining"), F_OK) != 0);
+}
+
+// The estimate is near what the import then makes.
+static void test_estimate(void **state)
+{
+    (void)state;
+    import_params p;
+    import_source sources[2];
+    char out[512];
+    snprintf(out, sizeof out, "%s", in_dir("estimated.planet"));
+    set_up_large(&p, sources, out);
+    import_estimate e;
+    import_report r;
+    assert_int_equal(import_estimate_run(&p, &e), OK);
+    assert_true(access(out, F_OK) != 0);
+    p.report = &r;
+    assert_int_equal(import_run(&p), OK);
+    print_message("tiles %.0f, made %.0f; bytes %.0f, file %.0f; %.2f core-seconds\n",
+                  (double)e.tiles, (double)r.made, e.bytes, (double)r.bytes, e.core_seconds);
+    check_near((double)e.tiles / (double)r.made, 1, 1e-9);
+    check_near(e.bytes / (double)r.bytes, 1, 0.15);
+    assert_true(e.core_seconds > 0.01);
 }
 
 // A part begun from other sources is not gone on with, and is not lost.
@@ -313,9 +370,13 @@ static void test_resume_of_another(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_overlay),     cmocka_unit_test(test_bounds),
-        cmocka_unit_test(test_bad_rasters), cmocka_unit_test(test_output),
-        cmocka_unit_test(test_resume),      cmocka_unit_test(test_resume_of_another),
+        cmocka_unit_test(test_overlay),
+        cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_bad_rasters),
+        cmocka_unit_test(test_output),
+        cmocka_unit_test(test_resume),
+        cmocka_unit_test(test_estimate),
+        cmocka_unit_test(test_resume_of_another),
     };
     return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
 }

@@ -326,6 +326,10 @@ static void other_versions_are_refused(void **state)
 {
     const fixture *f = *state;
     write_small(f);
+    sql(f, "PRAGMA user_version = 1");
+    struct planet_file *old;
+    assert_int_equal(planet_file_open(f->path, &old), OK);
+    planet_file_close(&old);
     sql(f, "PRAGMA user_version = 7");
     expect_refusal(f, ERR_VERSION);
     assert_non_null(strstr(last_line, "7"));

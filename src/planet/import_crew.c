@@ -1,0 +1,244 @@
+#include "planet/import_crew.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "base/memory.h"
+#include "base/pool.h"
+
+#define COMMIT_SECONDS   1.0
+#define PROGRESS_SECONDS 0.2
+// A wait for workers ends after this, to look after the other ranks.
+#define WAIT_NS (50 * 1000 * 1000)
+#define LOOK_NS (2 * 1000 * 1000)
+
+// Invariant: `lock` guards what stands below it.
+struct crew {
+    crew_params params;
+    struct pool *pool;
+    struct workshop *workshop;
+    const char *stage;
+    uint64_t stage_tiles, given;
+    double committed_s, reported_s;
+    pthread_mutex_t lock;
+    pthread_cond_t finished;
+    status failed;
+    int running;
+    struct crew_counters counters;
+};
+
+struct job {
+    struct crew *crew;
+    tile_id id;
+};
+
+static double now_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+struct crew *crew_create(const crew_params *params)
+{
+    struct crew *c = NEW(struct crew);
+    c->params = *params;
+    c->pool = pool_create(params->threads, 1024);
+    c->committed_s = c->reported_s = now_s();
+    pthread_mutex_init(&c->lock, NULL);
+    pthread_cond_init(&c->finished, NULL);
+    return c;
+}
+
+void crew_destroy(struct crew **crew)
+{
+    if (!*crew) return;
+    pool_destroy(&(*crew)->pool);
+    pthread_cond_destroy(&(*crew)->finished);
+    pthread_mutex_destroy(&(*crew)->lock);
+    free(*crew);
+    *crew = NULL;
+}
+
+int crew_threads(const struct crew *crew)
+{
+    return pool_threads(crew->pool);
+}
+
+void crew_begin(struct crew *c, const char *stage, uint64_t tiles, struct workshop *workshop)
+{
+    c->stage = stage;
+    c->stage_tiles = tiles;
+    c->given = 0;
+    c->workshop = workshop;
+}
+
+struct crew_counters crew_count(struct crew *c)
+{
+    pthread_mutex_lock(&c->lock);
+    struct crew_counters counters = c->counters;
+    pthread_mutex_unlock(&c->lock);
+    return counters;
+}
+
+static status fares(struct crew *c)
+{
+    pthread_mutex_lock(&c->lock);
+    status s = c->failed;
+    pthread_mutex_unlock(&c->lock);
+    return s;
+}
+
+static void fail(struct crew *c, status s)
+{
+    pthread_mutex_lock(&c->lock);
+    if (s && !c->failed) c->failed = s;
+    pthread_mutex_unlock(&c->lock);
+}
+
+static void run_job(void *arg, int worker)
+{
+    struct job *job = arg;
+    struct crew *c = job->crew;
+    made_tile tile = {0};
+    status s = fares(c);
+    if (!s) s = workshop_make(c->workshop, worker, job->id, &tile);
+    bool stored = !s && tile.body.size;
+    if (stored) s = import_store_put(c->params.store, job->id, &tile.body, tile.min, tile.max);
+    pthread_mutex_lock(&c->lock);
+    if (s && !c->failed) c->failed = s;
+    c->counters.made += stored && !s;
+    c->counters.empty += !stored && !s;
+    c->counters.uniform += stored && tile.uniform;
+    c->counters.bytes += stored ? tile.body.size : 0;
+    c->running--;
+    pthread_cond_signal(&c->finished);
+    pthread_mutex_unlock(&c->lock);
+    codec_blob_deinit(&tile.body);
+    free(job);
+}
+
+// Commits and reports when it is time.
+static void tend(struct crew *c)
+{
+    double now = now_s();
+    if (!fares(c) && now - c->committed_s > COMMIT_SECONDS) {
+        fail(c, import_store_commit(c->params.store));
+        c->committed_s = now_s();
+    }
+    if (!c->params.progress || fares(c) || now - c->reported_s < PROGRESS_SECONDS) return;
+    c->reported_s = now;
+    pthread_mutex_lock(&c->lock);
+    uint64_t done = c->given - (uint64_t)c->running;
+    pthread_mutex_unlock(&c->lock);
+    double share = c->stage_tiles ? (double)done / (double)c->stage_tiles : 1;
+    if (c->params.progress(c->params.user, c->stage, share < 1 ? share : 1)) fail(c, ERR_CANCELLED);
+}
+
+// Waits until fewer than `limit` jobs are under way, at most `ns`. True when they are.
+static bool wait_below(struct crew *c, int limit, long ns)
+{
+    tend(c);
+    pthread_mutex_lock(&c->lock);
+    if (c->running >= limit) {
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_nsec += ns;
+        until.tv_sec += until.tv_nsec / 1000000000;
+        until.tv_nsec %= 1000000000;
+        pthread_cond_timedwait(&c->finished, &c->lock, &until);
+    }
+    bool below = c->running < limit;
+    pthread_mutex_unlock(&c->lock);
+    return below;
+}
+
+static void submit(struct crew *c, tile_id id)
+{
+    pthread_mutex_lock(&c->lock);
+    c->running++;
+    pthread_mutex_unlock(&c->lock);
+    struct job *job = NEW(struct job);
+    *job = (struct job){c, id};
+    pool_submit(c->pool, run_job, job);
+}
+
+// The next tile that is not there yet.
+static bool next_tile(struct crew *c, struct plan_walk *walk, tile_id *id)
+{
+    while (plan_walk_next(walk, id)) {
+        c->given++;
+        if (!import_store_has(c->params.store, *id)) return true;
+        pthread_mutex_lock(&c->lock);
+        c->counters.kept++;
+        pthread_mutex_unlock(&c->lock);
+        tend(c);
+        if (fares(c)) return false;
+    }
+    return false;
+}
+
+// Rank 0: answers every rank that asks. True when some did; *waiting: ranks not told to stop yet.
+static bool serve(struct crew *c, struct plan_walk *walk, int *waiting)
+{
+    const import_team *team = c->params.team;
+    int rank;
+    status s;
+    bool any = false;
+    while (team && team->asked(team->user, &rank, &s)) {
+        tile_id ids[TEAM_BATCH];
+        int count = 0;
+        any = true;
+        fail(c, s);
+        while (!fares(c) && count < TEAM_BATCH && next_tile(c, walk, &ids[count])) count++;
+        if (count == 0) --*waiting;
+        team->answer(team->user, rank, ids, count);
+    }
+    return any;
+}
+
+// Rank 0, or the only one.
+static void lead(struct crew *c, struct plan_walk *walk)
+{
+    int limit = 4 * pool_threads(c->pool), waiting = c->params.team ? c->params.team->size - 1 : 0;
+    bool more = true;
+    tile_id id;
+    while (more && !fares(c)) {
+        serve(c, walk, &waiting);
+        if (!wait_below(c, limit, waiting ? LOOK_NS : WAIT_NS)) continue;
+        more = next_tile(c, walk, &id);
+        if (more) submit(c, id);
+    }
+    while (waiting > 0 || !wait_below(c, 1, waiting ? LOOK_NS : WAIT_NS)) {
+        if (!serve(c, walk, &waiting) && waiting) wait_below(c, 0, LOOK_NS);
+    }
+}
+
+static void follow(struct crew *c)
+{
+    const import_team *team = c->params.team;
+    int limit = 4 * pool_threads(c->pool), count;
+    tile_id ids[TEAM_BATCH];
+    while ((count = team->ask(team->user, fares(c), ids)) > 0)
+        for (int i = 0; i < count; i++) {
+            while (!wait_below(c, limit, WAIT_NS)) continue;
+            submit(c, ids[i]);
+        }
+    while (!wait_below(c, 1, WAIT_NS)) continue;
+}
+
+static status agree(struct crew *c, status s)
+{
+    return c->params.team ? c->params.team->agree(c->params.team->user, s) : s;
+}
+
+status crew_make(struct crew *c, struct plan_walk *walk)
+{
+    status s = agree(c, import_store_look(c->params.store));
+    if (s) return s;
+    if (c->params.team && c->params.team->rank > 0) follow(c);
+    else lead(c, walk);
+    s = import_store_seal(c->params.store);
+    return agree(c, fares(c) ? fares(c) : s);
+}

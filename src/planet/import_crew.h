@@ -1,0 +1,41 @@
+// The workers that make the tiles of a zoom, of this process and of the team's others.
+#ifndef PERIGEE_PLANET_IMPORT_CREW_H
+#define PERIGEE_PLANET_IMPORT_CREW_H
+
+#include "planet/import_plan.h"
+#include "planet/import_store.h"
+#include "planet/import_team.h"
+#include "planet/import_tile.h"
+
+struct crew;
+
+typedef struct crew_params {
+    struct import_store *store;
+    const import_team *team; // NULL: alone
+    int threads;             // 0: one for each processor
+    bool (*progress)(void *user, const char *stage, double done);
+    void *user;
+} crew_params;
+
+struct crew_counters {
+    uint64_t made;    // tiles stored by this process
+    uint64_t empty;   // looked at, and without data
+    uint64_t uniform; // of `made`: one value throughout
+    uint64_t kept;    // rank 0: there already
+    uint64_t bytes;   // of the bodies made
+};
+
+struct crew *crew_create(const crew_params *params);
+void crew_destroy(struct crew **crew);
+int crew_threads(const struct crew *crew);
+
+// Work that follows: its name in reports, how many tiles it is about, who makes them (borrowed).
+void crew_begin(struct crew *crew, const char *stage, uint64_t tiles, struct workshop *workshop);
+
+// Makes the tiles of a walk, over which all ranks must agree (only rank 0's is walked); stored and
+// sealed by all when it returns. ERR_CANCELLED when progress asked to stop.
+status crew_make(struct crew *crew, struct plan_walk *walk);
+
+struct crew_counters crew_count(struct crew *crew);
+
+#endif

@@ -1,0 +1,290 @@
+#include "planet/import_store.h"
+
+#include <errno.h>
+#include <glob.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/log.h"
+#include "base/memory.h"
+#include "planet/synthesis.h"
+
+// Invariant: `lock` guards the writer and every part.
+struct import_store {
+    char *part, *own, *fingerprint, *base_path;
+    pthread_mutex_t lock;
+    struct planet_writer *writer;
+    struct planet_part *base;
+    struct planet_part **others;
+    int other_count;
+};
+
+static char *copy_text(const char *text)
+{
+    char *copy = text ? NEW_ARRAY(char, strlen(text) + 1) : NULL;
+    if (copy) strcpy(copy, text);
+    return copy;
+}
+
+// Calls `each` with every part that is there: `part` itself and part.1, part.2, ...
+static status each_part(const char *part, status (*each)(void *user, const char *path), void *user)
+{
+    status s = access(part, F_OK) == 0 ? each(user, part) : OK;
+    size_t size = 2 * strlen(part) + 16, n = 0;
+    char *pattern = NEW_ARRAY(char, size);
+    for (const char *c = part; *c; c++) {
+        if (strchr("*?[\\", *c)) pattern[n++] = '\\';
+        pattern[n++] = *c;
+    }
+    strcpy(pattern + n, ".[0-9]*");
+    glob_t found;
+    if (!s && glob(pattern, 0, NULL, &found) == 0) {
+        for (size_t i = 0; !s && i < found.gl_pathc; i++) {
+            const char *tail = strrchr(found.gl_pathv[i], '.') + 1;
+            if (tail[strspn(tail, "0123456789")] == '\0') s = each(user, found.gl_pathv[i]);
+        }
+        globfree(&found);
+    }
+    free(pattern);
+    return s;
+}
+
+static status remove_part(void *user, const char *path)
+{
+    static const char *const tails[] = {"", "-wal", "-shm", "-journal"};
+    (void)user;
+    for (size_t i = 0; i < sizeof tails / sizeof *tails; i++) {
+        char *name;
+        if (asprintf(&name, "%s%s", path, tails[i]) < 0) abort();
+        unlink(name);
+        free(name);
+    }
+    return OK;
+}
+
+void import_store_remove(const char *part)
+{
+    each_part(part, remove_part, NULL);
+    remove_part(NULL, part);
+}
+
+// Folds in what a killed writer left in its log, and checks that it is of this import.
+static status mend_part(void *user, const char *path)
+{
+    struct import_store *store = user;
+    if (!strcmp(path, store->own)) return OK;
+    struct planet_writer *w;
+    status s = planet_writer_open(path, store->fingerprint, true, &w);
+    if (!s) s = planet_writer_seal(w);
+    planet_writer_close(&w);
+    return s;
+}
+
+status import_store_open(const import_store_params *params, struct import_store **out)
+{
+    struct import_store *store = NEW(struct import_store);
+    store->part = copy_text(params->part);
+    store->fingerprint = copy_text(params->fingerprint);
+    store->base_path = copy_text(params->base);
+    if (params->rank == 0) store->own = copy_text(params->part);
+    else if (asprintf(&store->own, "%s.%d", params->part, params->rank) < 0) abort();
+    pthread_mutex_init(&store->lock, NULL);
+    // Rank 0 mends what is left of ranks that may not be there any more.
+    status s = OK;
+    if (!params->resume && params->rank == 0) import_store_remove(params->part);
+    if (params->resume && params->rank == 0) s = each_part(store->part, mend_part, store);
+    bool resume = params->resume && access(store->own, F_OK) == 0;
+    if (!s) s = planet_writer_open(store->own, store->fingerprint, resume, &store->writer);
+    if (!s && params->base) s = planet_part_open(params->base, &store->base);
+    if (s) import_store_close(&store);
+    *out = store;
+    return s;
+}
+
+static void close_others(struct import_store *store)
+{
+    for (int i = 0; i < store->other_count; i++) planet_part_close(&store->others[i]);
+    free(store->others);
+    store->others = NULL;
+    store->other_count = 0;
+}
+
+void import_store_close(struct import_store **store)
+{
+    struct import_store *s = *store;
+    if (!s) return;
+    close_others(s);
+    planet_part_close(&s->base);
+    planet_writer_close(&s->writer);
+    pthread_mutex_destroy(&s->lock);
+    free(s->part);
+    free(s->own);
+    free(s->fingerprint);
+    free(s->base_path);
+    free(s);
+    *store = NULL;
+}
+
+status import_store_seal(struct import_store *store)
+{
+    pthread_mutex_lock(&store->lock);
+    close_others(store);
+    status s = planet_writer_seal(store->writer);
+    pthread_mutex_unlock(&store->lock);
+    return s;
+}
+
+static status look_at(void *user, const char *path)
+{
+    struct import_store *store = user;
+    if (!strcmp(path, store->own)) return OK;
+    struct planet_part **others = NEW_ARRAY(struct planet_part *, (size_t)store->other_count + 1);
+    if (store->other_count)
+        memcpy(others, store->others, (size_t)store->other_count * sizeof *others);
+    free(store->others);
+    store->others = others;
+    status s = planet_part_open(path, &others[store->other_count]);
+    if (!s) store->other_count++;
+    return s;
+}
+
+status import_store_look(struct import_store *store)
+{
+    pthread_mutex_lock(&store->lock);
+    close_others(store);
+    status s = each_part(store->part, look_at, store);
+    if (!s) s = planet_writer_keep_log(store->writer, store->other_count > 0);
+    pthread_mutex_unlock(&store->lock);
+    return s;
+}
+
+bool import_store_has(struct import_store *store, tile_id id)
+{
+    pthread_mutex_lock(&store->lock);
+    bool has = planet_writer_has(store->writer, id);
+    for (int i = 0; i < store->other_count && !has; i++)
+        has = planet_part_has(store->others[i], id);
+    pthread_mutex_unlock(&store->lock);
+    return has;
+}
+
+status import_store_put(struct import_store *store, tile_id id, const codec_blob *body, float min,
+                        float max)
+{
+    pthread_mutex_lock(&store->lock);
+    status s = planet_writer_put(store->writer, id, body, min, max);
+    pthread_mutex_unlock(&store->lock);
+    return s;
+}
+
+status import_store_get(struct import_store *store, tile_id id, codec_blob *body, float *min,
+                        float *max)
+{
+    pthread_mutex_lock(&store->lock);
+    status s = planet_writer_get(store->writer, id, body, min, max);
+    for (int i = 0; i < store->other_count && s == ERR_NOT_FOUND; i++)
+        s = planet_part_get(store->others[i], id, body, min, max);
+    if (s == ERR_NOT_FOUND && store->base) s = planet_part_get(store->base, id, body, min, max);
+    pthread_mutex_unlock(&store->lock);
+    return s;
+}
+
+status import_store_commit(struct import_store *store)
+{
+    pthread_mutex_lock(&store->lock);
+    status s = planet_writer_commit(store->writer);
+    pthread_mutex_unlock(&store->lock);
+    return s;
+}
+
+// The join
+
+struct heads {
+    struct planet_part **parts; // the base last
+    planet_row *rows;
+    int count;
+    uint64_t total;
+};
+
+static status add_head(void *user, const char *path)
+{
+    struct heads *h = user;
+    struct planet_part **parts = NEW_ARRAY(struct planet_part *, (size_t)h->count + 1);
+    if (h->count) memcpy(parts, h->parts, (size_t)h->count * sizeof *parts);
+    free(h->parts);
+    h->parts = parts;
+    uint64_t tiles = 0;
+    status s = planet_part_open(path, &parts[h->count]);
+    if (!s) s = planet_part_count(parts[h->count++], &tiles);
+    h->total += tiles;
+    return s;
+}
+
+// Part `i` to its next tile; one that has no more is closed.
+static status advance(struct heads *h, int i)
+{
+    status s = planet_part_next(h->parts[i], &h->rows[i]);
+    if (s == ERR_NOT_FOUND) planet_part_close(&h->parts[i]);
+    return s == ERR_NOT_FOUND ? OK : s;
+}
+
+static int compare_ids(tile_id a, tile_id b)
+{
+    if (a.layer != b.layer) return a.layer < b.layer ? -1 : 1;
+    if (a.zoom != b.zoom) return a.zoom < b.zoom ? -1 : 1;
+    if (a.row != b.row) return a.row < b.row ? -1 : 1;
+    return (a.col > b.col) - (a.col < b.col);
+}
+
+// The first of the heads; of equal ones the earlier part's, the others being passed over. -1: none.
+static status pick(struct heads *h, int *best)
+{
+    *best = -1;
+    for (int i = 0; i < h->count; i++) {
+        if (!h->parts[i]) continue;
+        int order = *best < 0 ? -1 : compare_ids(h->rows[i].id, h->rows[*best].id);
+        if (order < 0) *best = i;
+        status s = order == 0 ? advance(h, i) : OK;
+        if (s) return s;
+    }
+    return OK;
+}
+
+static status join_rows(struct heads *h, struct planet_writer *w,
+                        bool (*progress)(void *user, double done), void *user, uint64_t *tiles)
+{
+    status s = OK;
+    h->rows = NEW_ARRAY(planet_row, (size_t)h->count + 1);
+    for (int i = 0; !s && i < h->count; i++) s = advance(h, i);
+    *tiles = 0;
+    for (int best; !s && !(s = pick(h, &best)) && best >= 0; ++*tiles) {
+        const planet_row *r = &h->rows[best];
+        s = planet_writer_put(w, r->id, &r->body, r->min, r->max);
+        if (!s) s = advance(h, best);
+        if (!s && *tiles % 256 == 0 && progress &&
+            progress(user, (double)*tiles / (double)(h->total + 1)))
+            s = ERR_CANCELLED;
+    }
+    return s;
+}
+
+status import_store_join(struct import_store *store, const char *path, struct planet_meta *meta,
+                         bool (*progress)(void *user, double done), void *user, uint64_t *tiles)
+{
+    struct heads h = {0};
+    struct planet_writer *w = NULL;
+    status s = each_part(store->part, add_head, &h);
+    if (!s && store->base_path) s = add_head(&h, store->base_path);
+    if (!s) s = planet_writer_open_bulk(path, store->fingerprint, &w);
+    if (!s) s = join_rows(&h, w, progress, user, tiles);
+    if (!s) s = planet_measure_gain(w, &meta->synthesis_gain);
+    if (!s) s = planet_writer_finish(w, meta);
+    planet_writer_close(&w);
+    for (int i = 0; i < h.count; i++) planet_part_close(&h.parts[i]);
+    free(h.parts);
+    free(h.rows);
+    return s;
+}
