@@ -26,17 +26,15 @@ struct setting {
 
 static const struct setting SETTINGS[] = {
     {"default", {0}},
-    {"paper", {.azimuth_steps = 512, .rings_per_level = 20, .texels = 128}},
-    {"512/40/256", {.azimuth_steps = 512, .rings_per_level = 40}},
-    {"512/80/256", {.azimuth_steps = 512, .rings_per_level = 80}},
-    {"1024/40/512", {.azimuth_steps = 1024, .rings_per_level = 40, .texels = 512}},
-    {"768/56/512", {.azimuth_steps = 768, .rings_per_level = 56, .texels = 512}},
-    {"512/80/512", {.azimuth_steps = 512, .rings_per_level = 80, .texels = 512}},
-    {"1024/80/512", {.azimuth_steps = 1024, .rings_per_level = 80, .texels = 512}},
-    {"768/112/512", {.azimuth_steps = 768, .rings_per_level = 112, .texels = 512}},
-    {"2048/160/512", {.azimuth_steps = 2048, .rings_per_level = 160, .texels = 512}},
-    {"1024/80/1024", {.azimuth_steps = 1024, .rings_per_level = 80, .texels = 1024}},
-    {"1024/160/1024", {.azimuth_steps = 1024, .rings_per_level = 160, .texels = 1024}},
+    {"paper", {.quality = PERIGEE_QUALITY_PAPER}},
+    {"low", {.quality = PERIGEE_QUALITY_LOW}},
+    {"high", {.quality = PERIGEE_QUALITY_HIGH}},
+    {"768/80/256 s5",
+     {.azimuth_steps = 768, .rings_per_level = 80, .texels = 256, .ring_spacing_px = 5}},
+    {"768/96/256 s4",
+     {.azimuth_steps = 768, .rings_per_level = 96, .texels = 256, .ring_spacing_px = 4}},
+    {"768/128/256 s4",
+     {.azimuth_steps = 768, .rings_per_level = 128, .texels = 256, .ring_spacing_px = 3.5}},
 };
 
 struct judge {
@@ -108,7 +106,7 @@ static void judge_frame(const struct judge *j, const perigee_camera *c,
     }
     qsort(errors, (size_t)n, sizeof *errors, ascending);
     printf("%-26s %-12s rms %6.3f  99.9 %7.3f  max %8.2f at %4d,%3d  levels %2u-%2u  tri %7llu  "
-           "tri/px %.3f  gpu %.0f |",
+           "tri/px %.3f  vis/px %.3f |",
            view, setting, n ? sqrt(sum / n) : 0, n ? errors[(int)(0.999 * n)] : 0, worst,
            at % WIDTH, at / WIDTH, s->first_level, s->last_level,
            (unsigned long long)s->triangles_drawn,
@@ -140,7 +138,9 @@ int main(int argc, char **argv)
     for (int s = 0; s < (int)(sizeof SETTINGS / sizeof *SETTINGS); s++) {
         if (argc > 3 && !strstr(SETTINGS[s].name, argv[3])) continue;
         perigee_view *view;
-        if (perigee_view_create(planet, &SETTINGS[s].params, &view)) return 1;
+        perigee_view_params vp = SETTINGS[s].params;
+        vp.identify = true;
+        if (perigee_view_create(planet, &vp, &view)) return 1;
         for (int i = 0; i < ERROR_VIEW_COUNT; i++) {
             const struct error_view *v = &ERROR_VIEWS[i];
             if (argc > 2 && !strstr(v->name, argv[2])) continue;
@@ -152,7 +152,7 @@ int main(int argc, char **argv)
             double h = 0;
             pyramid_height_at(j.pyramid, 14, c.lat_deg * M_PI / 180, c.lon_deg * M_PI / 180, &h);
             c.alt_m = v->above_m + h;
-            j.zoom = v->above_m < 2000 ? 15 : 12;
+            j.zoom = v->above_m < 20 ? 18 : v->above_m < 2000 ? 15 : 12;
             if (v->above_m > 9e4 && v->fov_deg > 50) j.zoom = 10;
             glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
             perigee_view_set_camera(view, &c);
@@ -166,7 +166,10 @@ int main(int argc, char **argv)
             if (perigee_view_read_planes(view, &p)) return 1;
             perigee_stats st;
             perigee_view_get_stats(view, &st);
-            judge_frame(&j, &c, &f, &st, v->name, SETTINGS[s].name, st.gpu_ms);
+            perigee_triangles tr = {0};
+            perigee_view_read_triangles(view, &tr);
+            judge_frame(&j, &c, &f, &st, v->name, SETTINGS[s].name,
+                        (double)tr.visible / (double)tr.ground_pixels);
         }
         perigee_view_destroy(&view);
     }

@@ -84,14 +84,29 @@ enum perigee_transform {
     PERIGEE_TRANSFORM_BLEND,  // exact far out, approximate near, blended over two levels
 };
 
+// How fine the mesh and its heights are. Error: distance of what is drawn from the finest data's
+// surface on a screen of 1280 x 960 pixels and 90 degrees, kept by 99.9 % of the pixels
+// (tests/ACCURACY.md).
+enum perigee_quality {
+    PERIGEE_QUALITY_DEFAULT, // 2 pixels
+    PERIGEE_QUALITY_LOW,     // 3 pixels
+    PERIGEE_QUALITY_HIGH,    // 0.9 pixels
+    PERIGEE_QUALITY_PAPER,   // 5 pixels: n = 512, m = 20, N = 128 (Clasen & Hege 2006)
+};
+
 typedef struct perigee_view_params {
-    int threads;         // workers that read and resample, up to 256; 0: one for each processor
-    int azimuth_steps;   // n; 0: 1024. A multiple of 64
-    int rings_per_level; // m; 0: 40
-    int texels;          // N, height samples across a level's ring; 0: 256. 128, 256, 512 or 1024
-    int levels;          // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
-    int first_level;     // coarsest level drawn; 0: by the horizon
-    int last_level;      // finest level drawn; 0: by the pixel size
+    int threads; // workers that read and resample, up to 256; 0: one for each processor
+    enum perigee_quality quality;
+    double error_px;        // > 0: instead of `quality`, the cheapest that keeps this error
+    int azimuth_steps;      // n; 0: by quality. A multiple of 64
+    int rings_per_level;    // m; 0: by quality
+    int texels;             // N, height samples across a level's ring: 128, 256, 512 or 1024;
+                            // 0: by quality
+    double ring_spacing_px; // rings and columns closer on the screen are left out; 0: by quality,
+                            // < 0: none is
+    int levels;             // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
+    int first_level;        // coarsest level drawn; 0: by the horizon
+    int last_level;         // finest level drawn; 0: by the pixel size
     enum perigee_transform transform;
     bool hardware_filter;  // true: the GPU's own bilinear filter for heights (8-bit weights)
     bool texcoord_vertex;  // true: map coordinates interpolated from the vertices, as in the paper

@@ -5,7 +5,7 @@
 layout(binding = 0) uniform sampler2DArray height_windows;
 
 #define RAMP_TEXELS 4.0
-#define TRANSITION 0.3 /* outer share of a level (in levels) blended with the next coarser */
+#define TRANSITION 0.2 /* outer share of a level (in levels) blended with the next coarser */
 
 // Window coordinates (row, column) of a place given relative to the focus.
 vec2 window_place(vec4 map, vec2 dlonlat)

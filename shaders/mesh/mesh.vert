@@ -18,6 +18,7 @@ layout(location = 1) out vec2 map_dlonlat;
 layout(location = 2) flat out uvec2 quad;
 layout(location = 3) flat out float corner;
 layout(location = 4) out float across;
+layout(std430, binding = 0) readonly buffer Strides { uint strides[]; }; // of each draw's rings, and of its columns from bit 16 on
 #endif
 
 void main()
@@ -35,7 +36,8 @@ void main()
 #ifdef IDENTIFY
     uint vertex = uint(gl_VertexID), columns = view.rings.w;
     quad = uvec2(uint(gl_DrawIDARB) + 1u, vertex);
-    corner = float(vertex % columns) - float(vertex / columns);
+    uint local = vertex - uint(gl_BaseVertexARB), stride = strides[gl_DrawIDARB];
+    corner = float(local % columns / (stride >> 16)) - float(local / columns / (stride & 0xffffu));
     across = corner;
 #endif
 }

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 64) in;
 
-// One cell: first ring row, rows, first column, columns (vertices, both ends included).
+// One cell: first ring row, rows, first column, columns (vertices, both ends included); from bit 16 on, the strides.
 layout(std430, binding = 0) readonly buffer Cells { uvec4 cells[]; };
 layout(std430, binding = 1) buffer Ring { float ring[]; };      // n~, e~, v~ of every vertex
 layout(std430, binding = 2) writeonly buffer Place { float place[]; }; // up, east, north (m), tangent frame, from the camera
@@ -30,8 +30,9 @@ void main()
 {
     uvec4 cell = cells[first_cell + gl_WorkGroupID.y];
     uint i = gl_GlobalInvocationID.x;
-    if (i >= cell.y * cell.w) return;
-    uint row = cell.x + i / cell.w, column = cell.z + i % cell.w;
+    uint across = cell.w & 0xffffu;
+    if (i >= (cell.y & 0xffffu) * across) return;
+    uint row = cell.x + i / across * (cell.y >> 16), column = cell.z + i % across * (cell.w >> 16);
     uint columns = view.rings.w, rings = view.rings.z, last = view.rings.y;
     uint vertex = row * columns + column;
     uint ring_row = row;

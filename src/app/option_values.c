@@ -93,6 +93,24 @@ status option_transform(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+status option_quality(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"default", "low", "high", "paper"};
+    int found = find_name(value, names, 4);
+    if (found < 0) return refuse(name, value, "low, default, high or paper");
+    o->view_params.quality = (enum perigee_quality)found;
+    return OK;
+}
+
+status option_texels(struct options *o, const char *name, const char *value)
+{
+    long long n;
+    if (!number_parse_integer(value, &n) || n < 128 || n > 1024 || (n & (n - 1)))
+        return refuse(name, value, "128, 256, 512 or 1024");
+    o->view_params.texels = (int)n;
+    return OK;
+}
+
 status option_filter(struct options *o, const char *name, const char *value)
 {
     static const char *const names[] = {"emulated", "hardware"};

@@ -16,6 +16,8 @@ status option_time(struct options *o, const char *name, const char *value);
 status option_size(struct options *o, const char *name, const char *value);
 status option_grid(struct options *o, const char *name, const char *value);
 status option_transform(struct options *o, const char *name, const char *value);
+status option_quality(struct options *o, const char *name, const char *value);
+status option_texels(struct options *o, const char *name, const char *value);
 status option_filter(struct options *o, const char *name, const char *value);
 status option_texcoord(struct options *o, const char *name, const char *value);
 status option_mode(struct options *o, const char *name, const char *value);

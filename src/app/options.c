@@ -242,6 +242,11 @@ static status check(const struct options *o)
         log_error("--end %g: before --start %g", o->end_s, o->start_s);
         return ERR_ARGUMENT;
     }
+    const perigee_view_params *v = &o->view_params;
+    if (o->paper + (v->quality != PERIGEE_QUALITY_DEFAULT) + (v->error_px > 0) > 1) {
+        log_error("--paper, --quality and --error: give one of them");
+        return ERR_ARGUMENT;
+    }
     if (!s) s = check_zoom(o);
     if (s) return s;
     if (o->command == COMMAND_RENDER) s = require(o, o->output, "-o");
@@ -275,6 +280,7 @@ status options_parse(enum command command, int argc, char **argv, struct options
     };
     status s = parse_all(out, argc, argv);
     if (!s && !out->help) s = check(out);
+    if (out->paper) out->view_params.quality = PERIGEE_QUALITY_PAPER;
     if (s) options_deinit(out);
     return s;
 }

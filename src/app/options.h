@@ -42,6 +42,7 @@ struct options {
     int zoom;               // of the reference's height field, SIGHT_STORED or SIGHT_AUTO
     bool zoom_given;        // --zoom
     double zoom_error_px;   // NaN: not given
+    bool paper;             // --paper: as --quality paper
     const char *shader_dir; // NULL: the built-in shaders
 
     perigee_camera camera; // members not given are NaN

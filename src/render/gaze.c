@@ -59,18 +59,23 @@ static double distance_along(const struct probe *b, dvec3 dir, double start)
 // Harmonic mean of the distances of what the picture shows; NaN: only sky. A sample at the distance
 // d is about as wide as it is far from the focus, and shows 1 / d: |D - d| / d is the same at the
 // nearest and the farthest d, and below the nadir's 1, for D their harmonic mean.
-static double distance_seen(const struct probe *b, const geo_camera *c, double aspect, double start)
+static double distance_seen(const struct probe *b, const geo_camera *c, double aspect, double start,
+                            double *nearest)
 {
     dmat3 eye = geo_eye_from_ecef(c);
     double t = tan(c->fov_y / 2), sum = 0;
     int hits = 0;
+    *nearest = INFINITY;
     for (int i = 0; i < RAYS_ACROSS * RAYS_DOWN; i++) {
         double x = (2 * (i % RAYS_ACROSS + 0.5) / RAYS_ACROSS - 1) * t * aspect,
                y = (2 * ((int)(i / RAYS_ACROSS) + 0.5) / RAYS_DOWN - 1) * t;
         dvec3 dir = dvec3_scale(eye.row[2], -1);
         dir = dvec3_mad(dvec3_mad(dir, eye.row[0], x), eye.row[1], y);
         double d = distance_along(b, dvec3_normalize(dir), start);
-        if (!isnan(d)) sum += 1 / d, hits++;
+        if (isnan(d)) continue;
+        sum += 1 / d;
+        hits++;
+        *nearest = fmin(*nearest, d);
     }
     return hits ? hits / sum : NAN;
 }
@@ -87,14 +92,13 @@ gaze gaze_find(struct pyramid *pyramid, const geo_camera *camera, double aspect)
     struct probe b = {.pyramid = pyramid, .meta = pyramid_meta(pyramid)};
     geo_ellipsoid e = b.meta->ellipsoid;
     const geodetic *p = &camera->position;
-    gaze nadir = {p->lat, p->lon, clearance(&b, p)};
-    double share = narrowness(camera->fov_y);
+    double down = clearance(&b, p), share = narrowness(camera->fov_y), nearest;
+    gaze nadir = {p->lat, p->lon, down, down, false};
     if (share <= 0) return nadir;
     b.eye = geo_ecef_from_geodetic(e, *p);
-    double distance = distance_seen(&b, camera, aspect, fmax(nadir.distance, 1));
+    double distance = distance_seen(&b, camera, aspect, fmax(down, 1), &nearest);
     if (isnan(distance)) return nadir;
     dvec3 forward = dvec3_scale(geo_eye_from_ecef(camera).row[2], -1);
-    dvec3 seen = dvec3_mad(b.eye, forward, share * distance);
-    geodetic g = geo_geodetic_from_ecef(e, seen);
-    return (gaze){g.lat, g.lon, nadir.distance + share * fmax(distance - nadir.distance, 0)};
+    geodetic g = geo_geodetic_from_ecef(e, dvec3_mad(b.eye, forward, share * distance));
+    return (gaze){g.lat, g.lon, down + share * fmax(distance - down, 0), nearest, true};
 }

@@ -9,7 +9,9 @@
 
 typedef struct gaze {
     double lat, lon; // of the focus: geodetic, rad
-    double distance; // from the camera to the ground there, m: no more than it is under the nadir
+    double distance; // from the camera to the ground there, m; under the nadir: no more than that
+    double nearest;  // from the camera to the nearest ground seen, m
+    bool aside;      // the focus is not the nadir
 } gaze;
 
 // Vertical fields of view, rad, up to which the focus is where the camera looks, and from which on

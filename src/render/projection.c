@@ -134,7 +134,7 @@ int projection_first_level(const cell_view *view)
     return level < 0 ? 0 : (int)floor(level);
 }
 
-int projection_last_level(const projection *p, double distance, int rows, int levels)
+int projection_last_level(const projection *p, double distance, double rows, int levels)
 {
     double pixel = geo_pixel_size(fmax(distance, 0.1), p->camera.fov_y, p->height) / p->ellipsoid.a;
     double level = ceil(log2(2 * M_PI / (rows * pixel)));

@@ -38,6 +38,6 @@ dvec3 projection_unproject(const projection *p, double x_px, double y_px, double
 // Coarsest level that can be seen (by the horizon) and finest that is worth drawing: its samples
 // (`rows` across its diameter) are no wider than a pixel on the ground `distance` metres away.
 int projection_first_level(const cell_view *view);
-int projection_last_level(const projection *p, double distance, int rows, int levels);
+int projection_last_level(const projection *p, double distance, double rows, int levels);
 
 #endif

@@ -4,11 +4,21 @@
 // there is nothing to crack.
 #include "render/spherical.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/log.h"
 #include "base/memory.h"
 #include "gpu/program.h"
+
+struct index_list {
+    size_t offset; // bytes
+    GLsizei count;
+};
+
+struct strides {
+    int rings, columns;
+};
 
 struct spherical {
     ring_params rings;
@@ -16,7 +26,8 @@ struct spherical {
     GLuint ring_buffer, place_buffer, index_buffer, cell_buffer, vertex_array;
     GLuint place_program, mesh_program;
     int cells;
-    uint64_t *placed; // per cell: the epoch at which it was placed
+    uint64_t *placed;        // per cell: the epoch at which it was placed
+    struct strides *strides; // per cell: of the vertices then placed
     uint64_t epoch;
     int fill_of;    // `last` for which the fill is placed
     uint32_t *work; // 4 a cell
@@ -24,8 +35,11 @@ struct spherical {
     GLsizei *counts;
     const void **offsets;
     GLint *bases;
-    int *drawn;                         // the cell of each draw
-    GLsizei ring_indices, fill_indices; // of one cell
+    int *drawn;             // the cell of each draw
+    uint32_t *draw_strides; // and its strides, which identifiers need
+    GLuint stride_buffer;   // 0: no identifiers
+    struct index_list lists[STRIDE_COUNT]
+                           [STRIDE_COUNT + 1]; // by columns' and rings' stride; the fill
     size_t gpu_bytes;
 };
 
@@ -37,34 +51,46 @@ static int vertex_rows(const ring_params *r)
 // Two triangles a quad, counter-clockwise seen from above: azimuth grows clockwise from north,
 // rings inwards. The last vertex of both is that of the outer ring and smaller azimuth, by which
 // mesh.frag tells a quad from all others.
-static uint32_t *write_quads(uint32_t *out, int rings, int steps, uint32_t columns)
+static uint32_t *write_quads(uint32_t *out, int rings, int steps, struct strides by,
+                             uint32_t columns)
 {
-    for (uint32_t j = 0; j < (uint32_t)rings; j++) {
-        for (uint32_t i = 0; i < (uint32_t)steps; i++) {
-            uint32_t outer = j * columns + i, inner = outer + columns;
-            *out++ = inner + 1;
-            *out++ = outer + 1;
+    uint32_t down = (uint32_t)by.rings * columns, right = (uint32_t)by.columns;
+    for (uint32_t j = 0; j < (uint32_t)rings; j += (uint32_t)by.rings) {
+        for (uint32_t i = 0; i < (uint32_t)steps; i += right) {
+            uint32_t outer = j * columns + i, inner = outer + down;
+            *out++ = inner + right;
+            *out++ = outer + right;
             *out++ = outer;
             *out++ = inner;
-            *out++ = inner + 1;
+            *out++ = inner + right;
             *out++ = outer;
         }
     }
     return out;
 }
 
+// The index lists of a cell: for each pair of strides that divide it, rings' bands and the fill.
 static void make_indices(struct spherical *s)
 {
     int steps = s->rings.azimuth_steps / CELL_SECTORS, half = s->rings.rings_per_level / CELL_BANDS;
     uint32_t columns = (uint32_t)ring_columns(&s->rings);
-    s->ring_indices = half * steps * 6;
-    s->fill_indices = CELL_FILL_RINGS * steps * 6;
-    size_t count = (size_t)(s->ring_indices + s->fill_indices);
-    uint32_t *indices = NEW_ARRAY(uint32_t, count);
-    uint32_t *next = write_quads(indices, half, steps, columns);
-    write_quads(next, CELL_FILL_RINGS, steps, columns);
-    glNamedBufferStorage(s->index_buffer, (GLsizeiptr)(count * sizeof *indices), indices, 0);
-    s->gpu_bytes += count * sizeof *indices;
+    size_t most = (size_t)(4 * half + 2 * CELL_FILL_RINGS) * (size_t)steps * 6;
+    uint32_t *indices = NEW_ARRAY(uint32_t, most), *next = indices;
+    for (int c = 0; c < STRIDE_COUNT; c++) {
+        for (int r = 0; r <= STRIDE_COUNT; r++) {
+            bool fill = r == STRIDE_COUNT;
+            int rings = fill ? CELL_FILL_RINGS : half;
+            struct strides by = {fill ? 1 : 1 << r, 1 << c};
+            uint32_t *start = next;
+            if (rings % by.rings == 0 && steps % by.columns == 0)
+                next = write_quads(next, rings, steps, by, columns);
+            s->lists[c][r] = (struct index_list){(size_t)(start - indices) * sizeof *indices,
+                                                 (GLsizei)(next - start)};
+        }
+    }
+    size_t bytes = (size_t)(next - indices) * sizeof *indices;
+    glNamedBufferStorage(s->index_buffer, (GLsizeiptr)bytes, indices, 0);
+    s->gpu_bytes += bytes;
     free(indices);
 }
 
@@ -96,7 +122,7 @@ static void make_vertex_array(struct spherical *s)
     glVertexArrayElementBuffer(s->vertex_array, s->index_buffer);
 }
 
-static status make_buffers(struct spherical *s)
+static status make_buffers(struct spherical *s, bool identify)
 {
     while (glGetError() != GL_NO_ERROR) {
     }
@@ -109,6 +135,11 @@ static status make_buffers(struct spherical *s)
     size_t work = (size_t)s->cells * 4 * sizeof(uint32_t);
     glNamedBufferStorage(s->cell_buffer, (GLsizeiptr)work, NULL, GL_DYNAMIC_STORAGE_BIT);
     s->gpu_bytes += work;
+    if (identify) {
+        glCreateBuffers(1, &s->stride_buffer);
+        glNamedBufferStorage(s->stride_buffer, (GLsizeiptr)(s->cells * 4), NULL,
+                             GL_DYNAMIC_STORAGE_BIT);
+    }
     make_vertex_array(s);
     if (glGetError() == GL_NO_ERROR) return OK;
     log_error("the GPU refused %zu MiB of ring geometry", s->gpu_bytes >> 20);
@@ -123,13 +154,15 @@ status spherical_create(const spherical_params *params, struct spherical **out)
     s->cells = cell_count(&s->rings);
     size_t cells = (size_t)s->cells;
     s->placed = NEW_ARRAY(uint64_t, cells);
+    s->strides = NEW_ARRAY(struct strides, cells);
     s->epoch = 1;
     s->work = NEW_ARRAY(uint32_t, cells * 4);
     s->counts = NEW_ARRAY(GLsizei, cells);
     s->offsets = NEW_ARRAY(const void *, cells);
     s->bases = NEW_ARRAY(GLint, cells);
     s->drawn = NEW_ARRAY(int, cells);
-    status r = make_buffers(s);
+    s->draw_strides = NEW_ARRAY(uint32_t, cells);
+    status r = make_buffers(s, params->identify);
     if (!r) r = gpu_program_create_compute("place/place.comp", params->defines, &s->place_program);
     if (!r)
         r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", params->defines,
@@ -143,17 +176,20 @@ void spherical_destroy(struct spherical **spherical)
 {
     struct spherical *s = *spherical;
     if (!s) return;
-    const GLuint buffers[] = {s->ring_buffer, s->place_buffer, s->index_buffer, s->cell_buffer};
-    glDeleteBuffers(4, buffers);
+    const GLuint buffers[] = {s->ring_buffer, s->place_buffer, s->index_buffer, s->cell_buffer,
+                              s->stride_buffer};
+    glDeleteBuffers(5, buffers);
     glDeleteVertexArrays(1, &s->vertex_array);
     if (s->place_program) glDeleteProgram(s->place_program);
     if (s->mesh_program) glDeleteProgram(s->mesh_program);
     free(s->placed);
+    free(s->draw_strides);
     free(s->work);
     free(s->counts);
     free(s->offsets);
     free(s->bases);
     free(s->drawn);
+    free(s->strides);
     free(s);
     *spherical = NULL;
 }
@@ -168,30 +204,26 @@ void spherical_invalidate(struct spherical *s)
     s->epoch++;
 }
 
-// Work items of one kind lie together, because a dispatch covers cells of one size.
-static uint32_t place_cells(struct spherical *s, uint32_t first, uint32_t count, uint64_t *placed)
+// One dispatch for each run of cells of one size.
+static void place(struct spherical *s, uint32_t count, uint64_t *placed)
 {
-    if (!count) return 0;
-    uint32_t vertices = s->work[4 * first + 1] * s->work[4 * first + 3];
-    glUniform1ui(0, first);
-    glDispatchCompute((vertices + 63) / 64, count, 1);
-    *placed += (uint64_t)vertices * count;
-    return count;
-}
-
-static void place(struct spherical *s, uint32_t ring_cells, uint32_t fill_cells, uint64_t *placed)
-{
-    if (!(ring_cells + fill_cells)) return;
-    glNamedBufferSubData(s->cell_buffer, 0,
-                         (GLsizeiptr)((ring_cells + fill_cells) * 4 * sizeof *s->work), s->work);
+    if (!count) return;
+    glNamedBufferSubData(s->cell_buffer, 0, (GLsizeiptr)(count * 4 * sizeof *s->work), s->work);
     glUseProgram(s->place_program);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, s->cell_buffer);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, s->ring_buffer);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, s->place_buffer);
     glUniform1ui(1, (GLuint)ring_count(&s->rings));
     glUniform1ui(2, CELL_FILL_RINGS);
-    place_cells(s, 0, ring_cells, placed);
-    place_cells(s, ring_cells, fill_cells, placed);
+    for (uint32_t i = 0, run; i < count; i += run) {
+        const uint32_t *w = s->work + 4 * (size_t)i;
+        for (run = 1; i + run < count && w[4 * run + 1] == w[1]; run++) {
+        }
+        uint32_t vertices = (w[1] & 0xffff) * (w[3] & 0xffff);
+        glUniform1ui(0, i);
+        glDispatchCompute((vertices + 63) / 64, run, 1);
+        *placed += (uint64_t)vertices * run;
+    }
     glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);
 }
 
@@ -199,74 +231,120 @@ struct selection {
     GLsizei draws;
     uint32_t work;
     uint64_t triangles;
+    int column_stride;
 };
 
-static void select_cell(struct spherical *s, int cell, bool fill, struct selection *sel)
+static bool placed_by(const struct spherical *s, int cell, struct strides by)
+{
+    const struct strides *p = &s->strides[cell];
+    return s->placed[cell] == s->epoch && p->rings <= by.rings && p->columns <= by.columns;
+}
+
+static uint32_t vertices_by(uint32_t vertices, int stride)
+{
+    return ((vertices - 1) / (uint32_t)stride + 1) | (uint32_t)stride << 16;
+}
+
+static void select_cell(struct spherical *s, int cell, const struct index_list *list,
+                        struct strides by, struct selection *sel)
 {
     cell_span v = cell_vertices(&s->rings, cell);
-    GLsizei indices = fill ? s->fill_indices : s->ring_indices;
-    s->counts[sel->draws] = indices;
-    uintptr_t offset = fill ? (size_t)s->ring_indices * sizeof(uint32_t) : 0;
-    s->offsets[sel->draws] = (const void *)offset;
+    s->counts[sel->draws] = list->count;
+    s->offsets[sel->draws] = (const void *)(uintptr_t)list->offset;
     s->bases[sel->draws] = (GLint)(v.row * (uint32_t)ring_columns(&s->rings) + v.column);
     s->drawn[sel->draws] = cell;
+    s->draw_strides[sel->draws] = (uint32_t)by.rings | (uint32_t)by.columns << 16;
     sel->draws++;
-    sel->triangles += (uint64_t)indices / 3;
-    if (s->placed[cell] == s->epoch) return;
+    sel->triangles += (uint64_t)list->count / 3;
+    if (placed_by(s, cell, by)) return;
     s->placed[cell] = s->epoch;
+    s->strides[cell] = by;
     uint32_t *w = s->work + 4 * sel->work++;
     w[0] = v.row;
-    w[1] = v.rows;
+    w[1] = vertices_by(v.rows, by.rings);
     w[2] = v.column;
-    w[3] = v.columns;
+    w[3] = vertices_by(v.columns, by.columns);
 }
 
-static void band_heights(const struct spherical *s, const struct windows *w, int level, double *low,
-                         double *high)
-{
-    windows_height_bounds(w, level, low, high);
-    for (int i = level - 1; s->any_level && i >= 0; i--) {
-        double lower, higher;
-        windows_height_bounds(w, i, &lower, &higher);
-        *low = lower < *low ? lower : *low;
-        *high = higher > *high ? higher : *high;
-    }
-}
-
-static void select_band(struct spherical *s, const struct windows *w, const cell_view *view,
-                        int level, int band, int last, bool cull, struct selection *sel)
-{
+struct range {
     double low, high;
-    band_heights(s, w, level < last ? level : last, &low, &high);
+};
+
+static struct range band_heights(const struct spherical *s, const struct windows *w, int level)
+{
+    struct range r, coarser;
+    windows_height_bounds(w, level, &r.low, &r.high);
+    for (int i = level - 1; s->any_level && i >= 0; i--) {
+        windows_height_bounds(w, i, &coarser.low, &coarser.high);
+        r.low = fmin(r.low, coarser.low);
+        r.high = fmax(r.high, coarser.high);
+    }
+    return r;
+}
+
+static int log2_of(int stride)
+{
+    int k = 0;
+    while (1 << k < stride) k++;
+    return k;
+}
+
+static void select_band(struct spherical *s, const struct ring_draw *d, const struct range *heights,
+                        int level, int band, struct selection *sel)
+{
     bool fill = level == s->rings.levels;
+    struct strides by = {1, sel->column_stride};
+    if (!fill)
+        by.rings = ring_stride(&s->rings, &d->sight, level, band, heights->low, heights->high);
+    const struct index_list *list =
+        &s->lists[log2_of(by.columns)][fill ? STRIDE_COUNT : log2_of(by.rings)];
     for (int k = 0; k < CELL_SECTORS; k++) {
         int cell = cell_index(level, band, k);
-        if (!cull || cell_visible(&s->rings, view, cell, last, low, high))
-            select_cell(s, cell, fill, sel);
+        if (!d->cull ||
+            cell_visible(&s->rings, &d->view, cell, d->last, heights->low, heights->high))
+            select_cell(s, cell, list, by, sel);
     }
 }
 
-void spherical_draw(struct spherical *s, const struct windows *w, const cell_view *view, int first,
-                    int last, bool cull, struct spherical_counts *counts)
+static void select_levels(struct spherical *s, const struct windows *w, const struct ring_draw *d,
+                          struct selection *sel)
 {
-    if (s->fill_of != last) {
-        for (int k = 0; k < CELL_SECTORS; k++) s->placed[cell_fill_index(&s->rings, k)] = 0;
-        spherical_invalidate(s); // the innermost ring's own level changes with it
-        s->fill_of = last;
-    }
-    struct selection sel = {0};
-    for (int level = last; level >= first; level--) // near to far
+    struct range heights = band_heights(s, w, d->last);
+    select_band(s, d, &heights, s->rings.levels, 0, sel);
+    for (int level = d->last; level >= d->first; level--) { // near to far
+        heights = band_heights(s, w, level);
         for (int band = CELL_BANDS - 1; band >= 0; band--)
-            select_band(s, w, view, level, band, last, cull, &sel);
-    uint32_t ring_work = sel.work;
-    select_band(s, w, view, s->rings.levels, 0, last, cull, &sel);
-    place(s, ring_work, sel.work - ring_work, &counts->vertices_placed);
+            select_band(s, d, &heights, level, band, sel);
+    }
+}
+
+// The fill stands inside the finest level, whose own height level changes with it.
+static void place_fill_anew(struct spherical *s, int last)
+{
+    if (s->fill_of == last) return;
+    for (int k = 0; k < CELL_SECTORS; k++) s->placed[cell_fill_index(&s->rings, k)] = 0;
+    spherical_invalidate(s);
+    s->fill_of = last;
+}
+
+void spherical_draw(struct spherical *s, const struct windows *w, const struct ring_draw *d,
+                    struct spherical_counts *counts)
+{
+    place_fill_anew(s, d->last);
+    struct selection sel = {.column_stride =
+                                column_stride(&s->rings, &d->sight, d->first, d->last)};
+    select_levels(s, w, d, &sel);
+    place(s, sel.work, &counts->vertices_placed);
 
     uint64_t per_level = (uint64_t)s->rings.azimuth_steps * (uint64_t)s->rings.rings_per_level * 2;
-    counts->triangles_total =
-        per_level * (uint64_t)(last - first + 1) + (uint64_t)s->fill_indices / 3 * CELL_SECTORS;
+    counts->triangles_total = per_level * (uint64_t)(d->last - d->first + 1) +
+                              (uint64_t)s->lists[0][STRIDE_COUNT].count / 3 * CELL_SECTORS;
     counts->triangles_drawn = sel.triangles;
     counts->draws = sel.draws > 0;
+    if (s->stride_buffer) {
+        glNamedBufferSubData(s->stride_buffer, 0, (GLsizeiptr)(sel.draws * 4), s->draw_strides);
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, s->stride_buffer);
+    }
     glUseProgram(s->mesh_program);
     glBindVertexArray(s->vertex_array);
     if (sel.draws)

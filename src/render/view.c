@@ -11,56 +11,20 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "geo/horizon.h"
 #include "geo/sun.h"
 #include "gpu/context.h"
+#include "render/params.h"
 
 #define RAD(deg) ((deg) * (M_PI / 180))
 
-enum {
-    DEFAULT_AZIMUTH_STEPS = 1024,
-    DEFAULT_RINGS = 40,
-    DEFAULT_TEXELS = 256,
-    DEFAULT_LEVELS = 22,
-    MAX_SIZE = 16384,
-    MAX_THREADS = 256
-};
+enum { MAX_SIZE = 16384 };
 
 static double clock_s(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static status check_params(perigee_view_params *p)
-{
-    if (!p->azimuth_steps) p->azimuth_steps = DEFAULT_AZIMUTH_STEPS;
-    if (!p->rings_per_level) p->rings_per_level = DEFAULT_RINGS;
-    if (!p->texels) p->texels = DEFAULT_TEXELS;
-    if (!p->levels) p->levels = DEFAULT_LEVELS;
-    if (!p->upload_bytes_frame) p->upload_bytes_frame = (size_t)4 << 20;
-    const char *wrong = NULL;
-    int value = 0;
-    if (p->azimuth_steps < 64 || p->azimuth_steps > 4096 || p->azimuth_steps % 64)
-        wrong = "azimuth steps (a multiple of 64 up to 4096)", value = p->azimuth_steps;
-    else if (p->rings_per_level < 2 || p->rings_per_level > 512 || p->rings_per_level % CELL_BANDS)
-        wrong = "rings a level (an even number up to 512)", value = p->rings_per_level;
-    else if (p->texels < 128 || p->texels > 1024 || (p->texels & (p->texels - 1)))
-        wrong = "height samples across a ring (128, 256, 512 or 1024)", value = p->texels;
-    else if (p->levels < 3 || p->levels > CLIPMAP_MAX_LEVELS)
-        wrong = "levels (3 to 24)", value = p->levels;
-    else if (p->last_level < 0 || p->last_level >= p->levels)
-        wrong = "last level", value = p->last_level;
-    else if (p->first_level < 0 || p->first_level >= p->levels ||
-             (p->last_level && p->first_level > p->last_level))
-        wrong = "first level", value = p->first_level;
-    else if (p->threads < 0 || p->threads > MAX_THREADS)
-        wrong = "number of threads (up to 256)", value = p->threads;
-    else if ((int)p->transform < 0 || p->transform > PERIGEE_TRANSFORM_BLEND)
-        wrong = "transform", value = (int)p->transform;
-    if (!wrong) return OK;
-    log_error("impossible %s: %d", wrong, value);
-    return ERR_ARGUMENT;
 }
 
 static status create_parts(perigee_view *v)
@@ -80,6 +44,7 @@ static status create_parts(perigee_view *v)
     spherical_params g = {.rings = {.azimuth_steps = v->params.azimuth_steps,
                                     .rings_per_level = v->params.rings_per_level,
                                     .levels = v->params.levels},
+                          .identify = v->params.identify,
                           .defines = defines,
                           .any_level = v->params.transform != PERIGEE_TRANSFORM_STABLE};
     status s = windows_create(&w, &v->windows);
@@ -99,7 +64,7 @@ perigee_status perigee_view_create(perigee_planet *planet, const perigee_view_pa
     v->camera = (geo_camera){.position = {.height = 2e7}, .pitch = -M_PI / 2, .fov_y = RAD(60)};
     v->dirty = v->placed_dirty = true;
     v->clock_s = clock_s();
-    status s = check_params(&v->params);
+    status s = params_complete(&v->params);
     if (!s) s = gpu_context_check();
     if (s) {
         free(v);
@@ -217,6 +182,26 @@ static void find_gaze(perigee_view *v, double aspect)
     v->gaze = found;
 }
 
+// The mesh ends where the rings of the fill keep the spacing, or with the rings whose 256 samples
+// across are no wider than a pixel.
+static int finest_rings(const perigee_view *v)
+{
+    double spacing_px = v->params.ring_spacing_px > 0 ? v->params.ring_spacing_px : 4;
+    return projection_last_level(&v->projection, v->gaze.distance, 4 * CELL_FILL_RINGS * spacing_px,
+                                 v->params.levels);
+}
+
+// Samples finer than a pixel are not loaded.
+static void move_windows(perigee_view *v)
+{
+    int enough[2];
+    const int samples[2] = {v->params.texels, 256};
+    for (int i = 0; i < 2; i++)
+        enough[i] = projection_last_level(&v->projection, v->gaze.distance, samples[i],
+                                          v->last < 2 ? 3 : v->last + 1);
+    windows_move(v->windows, v->gaze.lat, v->gaze.lon, enough[0], enough[1]);
+}
+
 status view_prepare(perigee_view *v, int width, int height)
 {
     if (width < 1 || height < 1 || width > MAX_SIZE || height > MAX_SIZE) {
@@ -234,12 +219,10 @@ status view_prepare(perigee_view *v, int width, int height)
     v->projection =
         projection_make(m->ellipsoid, &v->camera, v->gaze.lat, v->gaze.lon, width, height);
     cell_view cells = projection_cell_view(&v->projection, m->height_min, m->height_max);
-    v->last = v->params.last_level ? v->params.last_level
-                                   : projection_last_level(&v->projection, v->gaze.distance,
-                                                           v->params.texels, v->params.levels);
+    v->last = v->params.last_level ? v->params.last_level : finest_rings(v);
     v->first = v->params.first_level ? v->params.first_level : projection_first_level(&cells);
     if (v->first > v->last) v->first = v->last;
-    windows_move(v->windows, v->gaze.lat, v->gaze.lon, v->last);
+    move_windows(v);
     return OK;
 }
 
@@ -251,7 +234,7 @@ static void fill_view_block(const perigee_view *v, struct view_block *b)
                                (uint32_t)v->params.rings_per_level,
                                (uint32_t)v->params.azimuth_steps + 2};
     uint32_t shift = (uint32_t)windows_shift(v->windows);
-    const uint32_t layers[4] = {(uint32_t)v->last - shift,
+    const uint32_t layers[4] = {(uint32_t)windows_last_height(v->windows),
                                 (uint32_t)windows_color_levels(v->windows) - 1, shift};
     memcpy(b->rings, rings, sizeof rings);
     memcpy(b->layers, layers, sizeof layers);
@@ -272,12 +255,19 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
     if (v->placed_dirty || heights_changed) spherical_invalidate(v->spherical);
     v->placed_dirty = false;
 
-    cell_view cells = projection_cell_view(p, m->height_min, m->height_max);
+    struct ring_draw rings = {
+        .view = projection_cell_view(p, m->height_min, m->height_max),
+        .sight = {m->ellipsoid.a, v->camera.position.height,
+                  geo_pixel_size(1, v->camera.fov_y, p->height), v->params.ring_spacing_px,
+                  v->gaze},
+        .first = v->first,
+        .last = v->last,
+        .cull = !v->params.no_cull,
+    };
     struct spherical_counts counts = {0};
     gpu_timer_begin(v->timer, 0);
     frame_begin_geometry(&v->frame, v->windows);
-    spherical_draw(v->spherical, v->windows, &cells, v->first, v->last, !v->params.no_cull,
-                   &counts);
+    spherical_draw(v->spherical, v->windows, &rings, &counts);
     frame_shade(&v->frame, v->windows);
     gpu_timer_end(v->timer, 0);
     gpu_timer_frame(v->timer);
@@ -361,7 +351,7 @@ perigee_status perigee_view_wait(perigee_view *v, int width, int height, double 
             break;
         }
         // Focus unchanged: this only plans what did not fit in before.
-        windows_move(v->windows, v->gaze.lat, v->gaze.lon, v->last);
+        move_windows(v);
         glFinish();
         windows_wait(v->windows, fmin(left, 0.05));
     }

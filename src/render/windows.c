@@ -48,7 +48,8 @@ struct windows {
     geo_ellipsoid ellipsoid;
     double lat, lon;
     size_t gpu_bytes;
-    int shift; // by how many levels the heights are coarser than the rings
+    int last_height; // finest level wanted
+    int shift;       // by how many levels the heights are coarser than the rings
     bool heights_changed, changed;
 };
 
@@ -69,12 +70,20 @@ static size_t array_bytes(const window_shape *shape, int levels, size_t texel_by
     return (size_t)shape->rows * (size_t)shape->cols * (size_t)levels * texel_bytes;
 }
 
+// More samples across reach the same fineness with fewer levels.
+static int finer_levels(int texels)
+{
+    int finer = 0;
+    for (; texels > 256; texels >>= 1) finer++;
+    return finer;
+}
+
 static status create_layers(struct windows *w, const windows_params *p)
 {
     const struct planet_meta *meta = pyramid_meta(p->pyramid);
     clipmap_params c = {.layer = LAYER_HEIGHT,
                         .shape = window_height_shape(p->texels > 256 ? p->texels : 256),
-                        .levels = p->levels,
+                        .levels = p->levels - finer_levels(p->texels),
                         .ring_bound =
                             fmax(w->ellipsoid.a / w->ellipsoid.b, w->ellipsoid.b / w->ellipsoid.a)};
     w->height =
@@ -179,16 +188,21 @@ int windows_color_levels(const struct windows *w)
     return w->color.levels;
 }
 
-void windows_move(struct windows *w, double lat, double lon, int last)
+void windows_move(struct windows *w, double lat, double lon, int last_height, int last_color)
 {
     w->changed |= lat != w->lat || lon != w->lon;
     w->lat = lat;
     w->lon = lon;
-    int last_height = last - w->shift;
-    if (last_height >= w->height.levels) last_height = w->height.levels - 1;
-    int last_color = last < w->color.levels ? last : w->color.levels - 1;
-    clipmap_move(w->height.clipmap, lat, lon, last_height);
-    clipmap_move(w->color.clipmap, lat, lon, last_color);
+    last_height -= w->shift;
+    w->last_height = last_height < w->height.levels ? last_height : w->height.levels - 1;
+    clipmap_move(w->height.clipmap, lat, lon, w->last_height);
+    clipmap_move(w->color.clipmap, lat, lon,
+                 last_color < w->color.levels ? last_color : w->color.levels - 1);
+}
+
+int windows_last_height(const struct windows *w)
+{
+    return w->last_height;
 }
 
 static void note_pending(struct pending *p, const clipmap_strip *strip)
@@ -338,7 +352,7 @@ size_t windows_pump(struct windows *w, double dt_s)
 
 void windows_fill_coarsest(struct windows *w, double timeout_s)
 {
-    windows_move(w, 0, 0, 0);
+    windows_move(w, 0, 0, w->shift, 0);
     // clipmap_wait returns when a strip is ready; its own timeout bounds each turn.
     for (int turn = 0; turn < 1000; turn++) {
         windows_pump(w, -1);
@@ -452,7 +466,7 @@ void windows_height_bounds(const struct windows *w, int level, double *low, doub
 {
     level -= w->shift;
     if (level < 0) level = 0;
-    if (level >= w->height.levels) level = w->height.levels - 1;
+    if (level > w->last_height) level = w->last_height;
     *low = INFINITY;
     *high = -INFINITY;
     // The level itself and the one it blends to; further down while one of them does not cover its

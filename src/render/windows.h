@@ -32,8 +32,11 @@ size_t windows_gpu_bytes(const struct windows *w);
 int windows_shift(const struct windows *w);
 int windows_color_levels(const struct windows *w);
 
-// Sets the focus (geodetic, rad) and the finest level wanted; plans work.
-void windows_move(struct windows *w, double lat, double lon, int last);
+// Sets the focus (geodetic, rad) and the finest rings whose own heights and colours are wanted;
+// plans work.
+void windows_move(struct windows *w, double lat, double lon, int last_height, int last_color);
+// The finest level of heights wanted.
+int windows_last_height(const struct windows *w);
 
 // Fills the coarsest level of every layer now, so that there is something to show from the first
 // frame on. Blocks, at most timeout_s.

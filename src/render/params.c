@@ -1,0 +1,91 @@
+#include "render/params.h"
+
+#include <math.h>
+
+#include "base/log.h"
+#include "clipmap/clipmap.h"
+#include "render/cells.h"
+
+struct quality {
+    int azimuth_steps, rings_per_level, texels;
+    double spacing_px;
+    double error_px; // bound of 99.9 % of all pixels in the views of tests/ACCURACY.md, 3
+};
+
+// 1280 x 960, 90 degrees. Fewer samples or rings would not do for the bound, more triangles would
+// buy little: the curves are in bench/RESULTS.md.
+static const struct quality QUALITIES[] = {
+    [PERIGEE_QUALITY_DEFAULT] = {768, 80, 256, 5, 2},
+    [PERIGEE_QUALITY_LOW] = {512, 48, 256, 8, 3},
+    [PERIGEE_QUALITY_HIGH] = {1024, 112, 1024, 4, 0.9},
+    [PERIGEE_QUALITY_PAPER] = {512, 20, 128, -1,
+                               5}, // Clasen & Hege 2006, 5: 512 x 20, textures n/4
+};
+
+enum { COUNT = sizeof QUALITIES / sizeof *QUALITIES, DEFAULT_LEVELS = 22, MAX_THREADS = 256 };
+
+static status choose(const perigee_view_params *p, enum perigee_quality *out)
+{
+    static const enum perigee_quality by_cost[] = {PERIGEE_QUALITY_LOW, PERIGEE_QUALITY_DEFAULT,
+                                                   PERIGEE_QUALITY_HIGH};
+    *out = p->quality;
+    if (p->error_px == 0) return OK;
+    for (int i = 0; i < 3; i++) {
+        *out = by_cost[i];
+        if (QUALITIES[*out].error_px <= p->error_px) return OK;
+    }
+    log_error("no setting keeps the error below %g pixels; the finest keeps %g", p->error_px,
+              QUALITIES[PERIGEE_QUALITY_HIGH].error_px);
+    return ERR_ARGUMENT;
+}
+
+static status complete_rings(perigee_view_params *p)
+{
+    enum perigee_quality chosen;
+    if ((int)p->quality < 0 || (int)p->quality >= COUNT || !(p->error_px >= 0)) {
+        log_error("impossible quality: %d, error of %g pixels", (int)p->quality, p->error_px);
+        return ERR_ARGUMENT;
+    }
+    status s = choose(p, &chosen);
+    if (s) return s;
+    const struct quality *q = &QUALITIES[chosen];
+    if (!p->azimuth_steps) p->azimuth_steps = q->azimuth_steps;
+    if (!p->rings_per_level) p->rings_per_level = q->rings_per_level;
+    if (!p->texels) p->texels = q->texels;
+    if (p->ring_spacing_px == 0) p->ring_spacing_px = q->spacing_px;
+    return OK;
+}
+
+static status check(const perigee_view_params *p)
+{
+    const char *wrong = NULL;
+    int value = 0;
+    if (p->azimuth_steps < 64 || p->azimuth_steps > 4096 || p->azimuth_steps % 64)
+        wrong = "azimuth steps (a multiple of 64 up to 4096)", value = p->azimuth_steps;
+    else if (p->rings_per_level < 2 || p->rings_per_level > 512 || p->rings_per_level % CELL_BANDS)
+        wrong = "rings a level (an even number up to 512)", value = p->rings_per_level;
+    else if (p->texels < 128 || p->texels > 1024 || (p->texels & (p->texels - 1)))
+        wrong = "height samples across a ring (128, 256, 512 or 1024)", value = p->texels;
+    else if (p->levels < 3 || p->levels > CLIPMAP_MAX_LEVELS)
+        wrong = "levels (3 to 24)", value = p->levels;
+    else if (p->last_level < 0 || p->last_level >= p->levels)
+        wrong = "last level", value = p->last_level;
+    else if (p->first_level < 0 || p->first_level >= p->levels ||
+             (p->last_level && p->first_level > p->last_level))
+        wrong = "first level", value = p->first_level;
+    else if (p->threads < 0 || p->threads > MAX_THREADS)
+        wrong = "number of threads (up to 256)", value = p->threads;
+    else if ((int)p->transform < 0 || p->transform > PERIGEE_TRANSFORM_BLEND)
+        wrong = "transform", value = (int)p->transform;
+    if (!wrong) return OK;
+    log_error("impossible %s: %d", wrong, value);
+    return ERR_ARGUMENT;
+}
+
+status params_complete(perigee_view_params *p)
+{
+    if (!p->levels) p->levels = DEFAULT_LEVELS;
+    if (!p->upload_bytes_frame) p->upload_bytes_frame = (size_t)4 << 20;
+    status s = complete_rings(p);
+    return s ? s : check(p);
+}
