@@ -29,12 +29,6 @@ static const struct setting SETTINGS[] = {
     {"paper", {.quality = PERIGEE_QUALITY_PAPER}},
     {"low", {.quality = PERIGEE_QUALITY_LOW}},
     {"high", {.quality = PERIGEE_QUALITY_HIGH}},
-    {"768/80/256 s5",
-     {.azimuth_steps = 768, .rings_per_level = 80, .texels = 256, .ring_spacing_px = 5}},
-    {"768/96/256 s4",
-     {.azimuth_steps = 768, .rings_per_level = 96, .texels = 256, .ring_spacing_px = 4}},
-    {"768/128/256 s4",
-     {.azimuth_steps = 768, .rings_per_level = 128, .texels = 256, .ring_spacing_px = 3.5}},
 };
 
 struct judge {

@@ -85,13 +85,13 @@ enum perigee_transform {
 };
 
 // How fine the mesh and its heights are. Error: distance of what is drawn from the finest data's
-// surface on a screen of 1280 x 960 pixels and 90 degrees, kept by 99.9 % of the pixels
-// (tests/ACCURACY.md).
+// surface on a screen of 1280 x 960 pixels and 90 degrees, kept by 99.9 % of the pixels in all
+// views measured but telephotos along the ground (tests/ACCURACY.md, 3).
 enum perigee_quality {
-    PERIGEE_QUALITY_DEFAULT, // 2 pixels
-    PERIGEE_QUALITY_LOW,     // 3 pixels
+    PERIGEE_QUALITY_DEFAULT, // 2.5 pixels
+    PERIGEE_QUALITY_LOW,     // 2.5 pixels with half the triangles, and less even
     PERIGEE_QUALITY_HIGH,    // 0.9 pixels
-    PERIGEE_QUALITY_PAPER,   // 5 pixels: n = 512, m = 20, N = 128 (Clasen & Hege 2006)
+    PERIGEE_QUALITY_PAPER,   // 5.5 pixels: n = 512, m = 20, N = 128 (Clasen & Hege 2006)
 };
 
 typedef struct perigee_view_params {

@@ -15,8 +15,8 @@ struct quality {
 // 1280 x 960, 90 degrees. Fewer samples or rings would not do for the bound, more triangles would
 // buy little: the curves are in bench/RESULTS.md.
 static const struct quality QUALITIES[] = {
-    [PERIGEE_QUALITY_DEFAULT] = {640, 72, 256, 5, 2},
-    [PERIGEE_QUALITY_LOW] = {512, 48, 256, 8, 3},
+    [PERIGEE_QUALITY_DEFAULT] = {1024, 40, 256, -1, 2.5},
+    [PERIGEE_QUALITY_LOW] = {512, 48, 256, 8, 2.5},
     [PERIGEE_QUALITY_HIGH] = {1024, 112, 1024, 4, 0.9},
     [PERIGEE_QUALITY_PAPER] = {512, 20, 128, -1,
                                5}, // Clasen & Hege 2006, 5: 512 x 20, textures n/4
