@@ -64,7 +64,7 @@ static bool is_foreign(sqlite3 *db)
 {
     int id = query_int(db, "PRAGMA application_id"), version = query_int(db, "PRAGMA user_version");
     int tables = query_int(db, "SELECT count(*) FROM sqlite_schema");
-    return tables != 0 && (id != APPLICATION_ID || version != VERSION);
+    return tables > 0 && (id != APPLICATION_ID || version != VERSION); // < 0: unreadable
 }
 
 static int prepare(struct disk_db *d, const char *path, bool read_only)
@@ -76,7 +76,7 @@ static int prepare(struct disk_db *d, const char *path, bool read_only)
     sqlite3_free(uri);
     if (code) return code;
     sqlite3_busy_timeout(d->db, BUSY_MS);
-    if (is_foreign(d->db)) return sqlite3_errcode(d->db) == SQLITE_CORRUPT ? SQLITE_CORRUPT : -1;
+    if (is_foreign(d->db)) return -1;
     // Each database holds triggers of its own: recursive_triggers lets REPLACE fire the one of
     // DELETE.
     if (!read_only)
