@@ -10,6 +10,7 @@ status command_fly(const struct options *o);
 status command_import(const struct options *o);
 status command_info(const struct options *o);
 status command_compare(const struct options *o);
+status command_export(const struct options *o);
 
 // The whole program: its exit status. 0, 1 after one line on standard error, 130 after Ctrl-C.
 int command_main(int argc, char **argv);

@@ -28,7 +28,8 @@ static void print_line(void *user, enum log_level level, const char *line)
 static status run(const struct options *o)
 {
     static status (*const commands[COMMAND_COUNT])(const struct options *) = {
-        command_view, command_render, command_fly, command_import, command_info, command_compare,
+        command_view, command_render,  command_fly,    command_import,
+        command_info, command_compare, command_export,
     };
     if (o->help) {
         help_command(stdout, o->command);
@@ -85,7 +86,8 @@ static status dispatch(int argc, char **argv)
         printf("perigee %s\n", perigee_version());
         return OK;
     }
-    log_error("unknown command '%s' (view, render, fly, import, info, compare; see perigee --help)",
+    log_error("unknown command '%s' (view, render, fly, import, info, compare, export; see perigee "
+              "--help)",
               first);
     return ERR_ARGUMENT;
 }

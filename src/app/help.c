@@ -49,6 +49,12 @@ static const struct command_help texts[COMMAND_COUNT] = {
          "  perigee import --height moon.tif --body moon --attribution 'NASA LROC/DLR GLD100' -o "
          "moon.planet\n"
          "  perigee import --earth --force\n"},
+    [COMMAND_EXPORT] =
+        {"perigee export [PLANET] -o FOLDER",
+         "Write a planet as a folder of tiles with a TileJSON. Any web server can serve it, and\n"
+         "another Perigee shows it by the URL of its planet.json.",
+         "  perigee export alps.planet -o alps\n"
+         "  perigee view http://localhost:8080/alps/planet.json\n"},
     [COMMAND_COMPARE] =
         {"perigee compare [PLANET] [--a SIDE] [--b SIDE] [OPTIONS]",
          "Measure one way to render against another, pixel by pixel. The table goes to standard "

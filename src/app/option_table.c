@@ -10,6 +10,7 @@
 #define M (1u << COMMAND_IMPORT)
 #define N (1u << COMMAND_INFO)
 #define C (1u << COMMAND_COMPARE)
+#define X (1u << COMMAND_EXPORT)
 
 #define AT(member)               offsetof(struct options, member)
 #define FLAG(member)             OPTION_FLAG, AT(member), 0, 0, NULL, NULL
@@ -53,7 +54,7 @@ const struct option_spec option_table[] = {
     {"resume", 0, M, GROUP_IMPORT, FLAG(resume), "go on with an import that was interrupted"},
     {"estimate", 0, M, GROUP_IMPORT, FLAG(estimate),
      "say how many tiles, bytes and seconds the import takes, measured on a few tiles, and stop"},
-    {"force", 0, M, GROUP_IMPORT, FLAG(force), "replace the output if it exists"},
+    {"force", 0, M | X, GROUP_IMPORT, FLAG(force), "replace the output if it exists"},
 
     {"lat", 0, V | R | C, GROUP_CAMERA, NUMBER(camera.lat_deg, -90, 90, "DEG"),
      "geodetic latitude, -90..90 (default 20)"},
@@ -92,10 +93,10 @@ const struct option_spec option_table[] = {
      "what is judged: spherical (default), reference, or an .exr that render wrote"},
     {"b", 0, C, GROUP_COMPARE, TEXT(side_b, "SIDE"), "what it is judged by (default reference)"},
 
-    {"output", 'o', R | F | M | C, GROUP_OUTPUT, TEXT(output, "FILE"),
+    {"output", 'o', R | F | M | C | X, GROUP_OUTPUT, TEXT(output, "FILE"),
      "render: .png, or .exr with depth and position a pixel; fly: a pattern such as frames/%05d.png; "
      "import: the planet file; compare: the errors of each pixel to FILE.exr and FILE.png, of a flight's frames to "
-     "FILE-00000.exr and so on"},
+     "FILE-00000.exr and so on; export: a folder"},
     {"csv", 0, C, GROUP_OUTPUT, TEXT(csv, "FILE"), "also write the table as CSV, a row a frame"},
     {"json", 0, C, GROUP_OUTPUT, TEXT(json_file, "FILE"), "also write the table as JSON"},
     {"picture", 0, C, GROUP_OUTPUT, TEXT(picture, "FILE.png"),
@@ -113,7 +114,7 @@ const struct option_spec option_table[] = {
     {"no-wait", 0, R | F, GROUP_DATA, FLAG(no_wait), "render with the data that is there"},
     {"timeout", 0, R | F | C, GROUP_DATA, NUMBER(timeout_s, 0, 86400, "S"),
      "give up waiting for a frame's data after S seconds, list what was missing and exit with 1 (default 60)"},
-    {"threads", 0, V | R | F | M | C, GROUP_DATA, INTEGER(view_params.threads, 1, 256, "N"),
+    {"threads", 0, V | R | F | M | C | X, GROUP_DATA, INTEGER(view_params.threads, 1, 256, "N"),
      "worker threads, 1..256 (default: one for each processor)"},
     {"cache-bytes", 0, V | R | F | C, GROUP_DATA, VALUE(option_bytes, "N[K|M|G]"),
      "memory for decoded tiles (default 256M)"},
@@ -159,9 +160,9 @@ const struct option_spec option_table[] = {
     {"shader-dir", 0, V | R | F | C, GROUP_METHOD, TEXT(shader_dir, "DIR"), "read shaders from DIR instead of the built-in ones"},
 
     {"json", 0, N, GROUP_GENERAL, FLAG(json), "print JSON"},
-    {"quiet", 'q', V | R | F | M | N | C, GROUP_GENERAL, FLAG(quiet), "no progress and no notes on standard error"},
-    {"verbose", 'v', V | R | F | M | N | C, GROUP_GENERAL, FLAG(verbose), "more notes on standard error"},
-    {"help", 'h', V | R | F | M | N | C, GROUP_GENERAL, FLAG(help), "this text"},
+    {"quiet", 'q', V | R | F | M | N | C | X, GROUP_GENERAL, FLAG(quiet), "no progress and no notes on standard error"},
+    {"verbose", 'v', V | R | F | M | N | C | X, GROUP_GENERAL, FLAG(verbose), "more notes on standard error"},
+    {"help", 'h', V | R | F | M | N | C | X, GROUP_GENERAL, FLAG(help), "this text"},
 };
 // clang-format on
 

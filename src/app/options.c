@@ -16,8 +16,8 @@
 
 enum { MAX_OPTIONS = 96, FIRST_LONG = 256 };
 
-static const char *const names[COMMAND_COUNT] = {"view",   "render", "fly",
-                                                 "import", "info",   "compare"};
+static const char *const names[COMMAND_COUNT] = {"view", "render",  "fly",   "import",
+                                                 "info", "compare", "export"};
 
 const char *command_name(enum command command)
 {
@@ -255,6 +255,7 @@ static status check(const struct options *o)
         if (!s) s = require(o, o->output, "-o");
     }
     if (o->command == COMMAND_IMPORT) s = check_import(o);
+    if (o->command == COMMAND_EXPORT) s = require(o, o->output, "-o");
     if (o->command == COMMAND_COMPARE) s = check_compare(o);
     return s;
 }

@@ -18,6 +18,7 @@ enum command {
     COMMAND_IMPORT,
     COMMAND_INFO,
     COMMAND_COMPARE,
+    COMMAND_EXPORT,
     COMMAND_COUNT
 };
 

@@ -185,14 +185,22 @@ const char *planet_file_path(const struct planet_file *file)
     return file->path;
 }
 
-// The statement's row is a tile's body: check and decode it.
+// The statement's row is a tile's body: check it.
+static status check_row(const struct planet_file *file, tile_id id, sqlite3_stmt *stmt,
+                        const void **data, size_t *size)
+{
+    *data = sqlite3_column_blob(stmt, 1);
+    *size = *data ? (size_t)sqlite3_column_bytes(stmt, 1) : 0;
+    if (sqlite3_column_type(stmt, 1) != SQLITE_BLOB || *size == 0)
+        return tile_fault(file, id, "its body is missing");
+    return store_check_body(file->path, id, *data, *size, sqlite3_column_int64(stmt, 0));
+}
+
 static status decode_row(const struct planet_file *file, tile_id id, sqlite3_stmt *stmt, void *out)
 {
-    const void *data = sqlite3_column_blob(stmt, 1);
-    size_t size = data ? (size_t)sqlite3_column_bytes(stmt, 1) : 0;
-    if (sqlite3_column_type(stmt, 1) != SQLITE_BLOB || size == 0)
-        return tile_fault(file, id, "its body is missing");
-    status s = store_check_body(file->path, id, data, size, sqlite3_column_int64(stmt, 0));
+    const void *data;
+    size_t size;
+    status s = check_row(file, id, stmt, &data, &size);
     if (s) return s;
     s = id.layer == LAYER_HEIGHT
             ? codec_height_decode(data, size, out)
@@ -200,14 +208,30 @@ static status decode_row(const struct planet_file *file, tile_id id, sqlite3_stm
     return s == ERR_FORMAT ? tile_fault(file, id, "corrupt: its body is no such image") : s;
 }
 
-static status read_tile(struct planet_file *file, tile_id id, void *out)
+static status copy_row(const struct planet_file *file, tile_id id, sqlite3_stmt *stmt, void *out)
+{
+    codec_blob *blob = out;
+    const void *data;
+    size_t size;
+    status s = check_row(file, id, stmt, &data, &size);
+    if (s) return s;
+    blob->data = malloc(size);
+    if (!blob->data) return ERR_MEMORY;
+    memcpy(blob->data, data, size);
+    blob->size = size;
+    return OK;
+}
+
+typedef status (*take_row)(const struct planet_file *, tile_id, sqlite3_stmt *, void *);
+
+static status read_tile(struct planet_file *file, tile_id id, take_row take, void *out)
 {
     struct connection *c;
     status s = checkout(file, &c);
     if (s) return s;
     store_bind_tile(c->read, id);
     int code = sqlite3_step(c->read);
-    if (code == SQLITE_ROW) s = decode_row(file, id, c->read, out);
+    if (code == SQLITE_ROW) s = take(file, id, c->read, out);
     else if (code == SQLITE_DONE) s = ERR_NOT_FOUND;
     else s = tile_fault(file, id, sqlite3_errmsg(c->db));
     sqlite3_reset(c->read);
@@ -215,16 +239,23 @@ static status read_tile(struct planet_file *file, tile_id id, void *out)
     return s;
 }
 
+status planet_file_read_body(struct planet_file *file, tile_id id, struct codec_blob *out)
+{
+    assert(id.layer == LAYER_COLOR || id.layer == LAYER_NIGHT);
+    *out = (codec_blob){0};
+    return read_tile(file, id, copy_row, out);
+}
+
 status planet_file_read_height(struct planet_file *file, tile_id id, float *heights)
 {
     assert(id.layer == LAYER_HEIGHT);
-    return read_tile(file, id, heights);
+    return read_tile(file, id, decode_row, heights);
 }
 
 status planet_file_read_pixels(struct planet_file *file, tile_id id, unsigned char *pixels)
 {
     assert(id.layer == LAYER_COLOR || id.layer == LAYER_NIGHT);
-    return read_tile(file, id, pixels);
+    return read_tile(file, id, decode_row, pixels);
 }
 
 status planet_file_read_range(struct planet_file *file, tile_id id, float *min, float *max)

@@ -27,6 +27,7 @@ struct planet_meta {
 };
 
 struct planet_file;
+struct codec_blob;
 
 // Opens for reading. ERR_NOT_FOUND, ERR_FORMAT (not a planet, truncated), ERR_VERSION; one clear
 // line is logged. The handle: any thread, each call opens or reuses a connection of the calling
@@ -42,6 +43,10 @@ const char *planet_file_path(const struct planet_file *file);
 // bytes (colour 3, night 1). Any thread.
 status planet_file_read_height(struct planet_file *file, tile_id id, float *heights);
 status planet_file_read_pixels(struct planet_file *file, tile_id id, unsigned char *pixels);
+
+// The body of a tile of pixels as it is stored, checked against its hash (codec.h). Free with
+// codec_blob_deinit.
+status planet_file_read_body(struct planet_file *file, tile_id id, struct codec_blob *out);
 
 // Smallest and greatest height stored in a tile and in the tiles below it, as far as every tile
 // between is stored (an import of version 1: in the tile alone). ERR_NOT_FOUND as above.

@@ -1,0 +1,177 @@
+# A planet is exported, served by a real nginx on loopback and seen by a second Perigee: the same picture but for the rounding
+# of heights; again from the cache on disk without a request and without a server; over a slow line that loses packets, where
+# network namespaces can be had; by HTTP/2 with its certificate verified; and what is said when there is no server.
+# usage: test_stream.sh ROOT PROGRAM
+set -euo pipefail
+root=$1 perigee=$2
+export PATH=$PATH:/usr/sbin
+for tool in nginx python3; do
+    command -v $tool >/dev/null || { echo "no $tool"; exit 77; }
+done
+work=$(mktemp -d)
+chmod 755 "$work"
+nginx_pid=
+trap '[[ -z $nginx_pid ]] || kill $nginx_pid; rm -rf "$work"' EXIT
+cd "$work"
+export HOME=$work PERIGEE_DATA_DIR=$root/data
+unset XDG_CACHE_HOME SSL_CERT_FILE
+
+fail() {
+    echo "FAILED: $*"
+    exit 1
+}
+
+# try COMMAND...: shows what it said when it fails.
+try() {
+    "$@" >said 2>&1 || { cat said; fail "$*"; }
+}
+
+python3 "$root/tests/app/make_world.py"
+try "$perigee" import -q --height hills.asc inset.asc --color colour.png --attribution 'Test data' -o world.planet
+try "$perigee" export -q world.planet -o www/world
+[[ -s www/world/planet.json ]] || fail "no planet.json"
+if "$perigee" export -q world.planet -o www/world 2>said; then fail "an export is written over"; fi
+grep -q 'planet.json: exists' said || fail "an export that exists is not named"
+
+port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+secure=
+if command -v openssl >/dev/null; then
+    try openssl req -x509 -newkey rsa:2048 -nodes -keyout key.pem -out cert.pem -days 2 -subj /CN=localhost \
+        -addext subjectAltName=DNS:localhost,IP:127.0.0.1
+    secure="listen 127.0.0.1:$((port + 1)) ssl http2; ssl_certificate cert.pem; ssl_certificate_key key.pem;"
+fi
+cat >nginx.conf <<CONF
+daemon off; pid nginx.pid; worker_processes 1; error_log error.log;
+events {}
+http {
+    types { image/png png; image/jpeg jpg; application/json json; }
+    log_format short '\$server_protocol \$status \$connection \$uri';
+    access_log access.log short;
+    client_body_temp_path t; proxy_temp_path t; fastcgi_temp_path t; uwsgi_temp_path t; scgi_temp_path t;
+    server { listen 127.0.0.1:$port; $secure root www; }
+}
+CONF
+((EUID != 0)) || sed -i '1i user root;' nginx.conf
+
+start_nginx() {
+    nginx -p "$work" -c nginx.conf 2>nginx.err &
+    nginx_pid=$!
+    for _ in $(seq 50); do
+        if (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; then return 0; fi
+        sleep 0.1
+    done
+    cat nginx.err
+    fail "nginx does not start"
+}
+
+stop_nginx() {
+    kill "$nginx_pid"
+    wait "$nginx_pid" || true
+    nginx_pid=
+}
+
+camera=(--lat 46.4 --lon 11 --alt 60000 --heading 20 --pitch -35 --size 320x240)
+see() {
+    local out=$1
+    shift
+    try "$perigee" render "$@" "${camera[@]}" -o "$out"
+}
+
+# same A B BOUND: no pixel of one EXR is further than BOUND pixels from the other's.
+same() {
+    try "$perigee" compare -q --a "$1" --b "$2" --json compare.json
+    python3 - "$3" <<'PY' || { cat compare.json; fail "$1 is not $2"; }
+import json, sys
+text = json.load(open("compare.json"))
+row = text["frames"][0] if "frames" in text else text
+flat = {}
+def walk(node, at):
+    if isinstance(node, dict):
+        for key, value in node.items():
+            walk(value, at + "." + key)
+    elif isinstance(node, (int, float)):
+        flat[at] = node
+walk(row, "")
+errors = [v for k, v in flat.items() if "eometric" in k and k.lower().endswith(("max", "maximum", "max_px", "maximum_px"))]
+assert errors, sorted(flat)
+assert max(errors) <= float(sys.argv[1]), errors
+PY
+}
+
+url=http://127.0.0.1:$port/world/planet.json
+start_nginx
+see file.exr world.planet
+see served.exr "$url"
+grep -q 'Test data' said || fail "the attribution is lost"
+same served.exr file.exr 0.001
+bad=$(grep -cv ' 200 ' access.log || true)
+((bad == 0)) || { grep -v ' 200 ' access.log | head; fail "$bad requests for what is not there"; }
+requests=$(wc -l <access.log)
+((requests > 20)) || fail "only $requests requests"
+
+see cached.exr "$url"
+(($(wc -l <access.log) == requests)) || fail "what is on disk was asked for again"
+cmp served.exr cached.exr || fail "the cache shows another picture"
+stop_nginx
+see dead.exr "$url"
+cmp served.exr dead.exr || fail "without its server the cache shows another picture"
+if "$perigee" render "$url" --tile-cache none "${camera[@]}" -o x.exr 2>said; then fail "no server, no error"; fi
+grep -q 'does not answer' said || { cat said; fail "a server that is down is not told"; }
+
+# A template contacts nobody before a tile is wanted: the flight goes on over bare ground.
+tiles="http://127.0.0.1:$port/world/height/{z}/{y}/{x}.png,height"
+see over.exr world.planet --layer "$tiles" --tile-cache none
+grep -q 'going on without it' said || { cat said; fail "a server that is down is not told"; }
+
+start_nginx
+if [[ -n $secure ]]; then
+    : >access.log
+    safe=https://localhost:$((port + 1))/world/planet.json
+    if "$perigee" render "$safe" --tile-cache none "${camera[@]}" -o x.exr 2>said; then fail "any certificate will do"; fi
+    grep -qi 'certificate' said || { cat said; fail "a wrong certificate is not named"; }
+    SSL_CERT_FILE=$work/cert.pem see secure.exr "$safe" --tile-cache none
+    cmp served.exr secure.exr || fail "https shows another picture"
+    (($(grep -c '^HTTP/2' access.log) == $(wc -l <access.log))) || fail "not all by HTTP/2"
+    connections=$(awk '{print $3}' access.log | sort -u | wc -l)
+    echo "$(wc -l <access.log) tiles by HTTP/2 over $connections connection(s)"
+    ((connections <= 3)) || fail "HTTP/2 is not multiplexed"
+fi
+stop_nginx
+
+# The server goes away in mid-flight: the flight goes on.
+mkdir frames
+start_nginx
+"$perigee" fly "$url" --tile-cache none --path "$root/data/flights/orbit-to-garda.json" --fps 1 --size 160x120 \
+    -o frames/%03d.png >said 2>&1 &
+flight=$!
+for _ in $(seq 300); do [[ -e frames/004.png ]] && break || sleep 0.1; done
+stop_nginx
+wait $flight || { cat said; fail "a flight ends with its server"; }
+grep -q 'going on without it' said || { cat said; fail "a server that went away is not told"; }
+seconds=$(python3 -c "import json; print(int(json.load(open('$root/data/flights/orbit-to-garda.json'))['keys'][-1]['time']))")
+(($(find frames -name '*.png' | wc -l) >= seconds)) || fail "frames are missing"
+
+# 25 ms each way and 2 % of packets lost.
+slow() {
+    export -f start_nginx fail
+    export work port perigee url
+    unshare -n bash -c '
+        set -e
+        ip link set lo up
+        tc qdisc add dev lo root netem delay 25ms loss 2% || exit 77
+        start_nginx
+        "$perigee" render "$url" --tile-cache none "$@" -o slow.exr || { kill $nginx_pid; exit 1; }
+        kill $nginx_pid' slow "${camera[@]}"
+}
+status=0
+slow >said 2>&1 || status=$?
+case $status in
+0)
+    cmp served.exr slow.exr || fail "a slow line shows another picture"
+    echo "the same picture over 25 ms each way with 2 % loss"
+    ;;
+*)
+    grep -qE 'unshare|qdisc|RTNETLINK|not found|not permitted' said || { cat said; fail "over a slow line"; }
+    echo "no slow line here (network namespaces and netem are needed)"
+    ;;
+esac
