@@ -9,6 +9,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "planet/store.h"
 
@@ -59,12 +60,13 @@ static int query_int(sqlite3 *db, const char *sql)
     return value;
 }
 
-// Is it a database, and not ours?
+// Is it a database, and not ours? Somebody may be making it meanwhile, in one
+// transaction: what is asked last is there when its tables are.
 static bool is_foreign(sqlite3 *db)
 {
-    int id = query_int(db, "PRAGMA application_id"), version = query_int(db, "PRAGMA user_version");
-    int tables = query_int(db, "SELECT count(*) FROM sqlite_schema");
-    return tables > 0 && (id != APPLICATION_ID || version != VERSION); // < 0: unreadable
+    if (query_int(db, "SELECT count(*) FROM sqlite_schema") <= 0) return false; // < 0: unreadable
+    return query_int(db, "PRAGMA application_id") != APPLICATION_ID ||
+           query_int(db, "PRAGMA user_version") != VERSION;
 }
 
 static int prepare(struct disk_db *d, const char *path, bool read_only)
@@ -100,6 +102,18 @@ static void close_all(struct disk_db *d)
     d->db = NULL;
 }
 
+// Two that make the file at once may get in each other's way without SQLite waiting for it.
+static int prepare_patiently(struct disk_db *d, const char *path, bool read_only)
+{
+    const double step_s = 0.02, longest_s = 4;
+    for (double waited = 0;; waited += step_s) {
+        int code = prepare(d, path, read_only);
+        if ((code & 0xff) != SQLITE_BUSY || waited >= longest_s) return code;
+        close_all(d);
+        clock_sleep_s(step_s);
+    }
+}
+
 // Does the header of the file say that it is ours?
 static bool header_is_ours(const char *path)
 {
@@ -126,7 +140,7 @@ status disk_db_open(const char *path, bool read_only, char *why, struct disk_db 
 {
     struct disk_db *d = NEW(struct disk_db);
     *out = NULL;
-    int code = prepare(d, path, read_only);
+    int code = prepare_patiently(d, path, read_only);
     if ((code & 0xff) == SQLITE_CORRUPT && !read_only && header_is_ours(path)) {
         close_all(d);
         throw_away(path);

@@ -184,21 +184,26 @@ static void write_many(int first, int count)
     _exit(0);
 }
 
-static void two_writers(void **state)
+// Several programs begin with it at the same moment, and fill it together.
+static void many_writers(void **state)
 {
-    (void)state;
-    pid_t a = fork();
-    if (!a) write_many(0, 150);
-    pid_t b = fork();
-    if (!b) write_many(1000, 150);
-    int sa, sb;
-    waitpid(a, &sa, 0);
-    waitpid(b, &sb, 0);
-    assert_int_equal(sa | sb, 0);
-    struct disk_cache *c = open_cache(4 << 20);
-    for (int i = 0; i < 150; i++) assert_true(has(c, i, NULL) && has(c, 1000 + i, NULL));
-    disk_cache_close(&c);
-    assert_int_equal(lines, 0);
+    enum { WRITERS = 4, EACH = 60 };
+    for (int round = 0; round < 10; round++) {
+        pid_t children[WRITERS];
+        fresh(state);
+        for (int i = 0; i < WRITERS; i++)
+            if (!(children[i] = fork())) write_many(1000 * i, EACH);
+        for (int i = 0; i < WRITERS; i++) {
+            int result;
+            waitpid(children[i], &result, 0);
+            assert_int_equal(result, 0);
+        }
+        struct disk_cache *c = open_cache(4 << 20);
+        for (int i = 0; i < WRITERS * EACH; i++)
+            assert_true(has(c, i / EACH * 1000 + i % EACH, NULL));
+        disk_cache_close(&c);
+        assert_int_equal(lines, 0);
+    }
 }
 
 static void a_kill_loses_the_last_only(void **state)
@@ -353,7 +358,7 @@ int main(void)
         cmocka_unit_test_setup(kept_from_run_to_run, fresh),
         cmocka_unit_test_setup(the_least_recently_used_go_first, fresh),
         cmocka_unit_test_setup(a_clock_that_goes_back, fresh),
-        cmocka_unit_test_setup(two_writers, fresh),
+        cmocka_unit_test_setup(many_writers, fresh),
         cmocka_unit_test_setup(a_kill_loses_the_last_only, fresh),
         cmocka_unit_test_setup(a_full_disk, fresh),
         cmocka_unit_test_setup(read_only, fresh),
