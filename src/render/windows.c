@@ -237,9 +237,10 @@ static void compute_normals(struct windows *w, const clipmap_level *l, int level
     glUniform4i(1, tex_row, tex_col, level, whole_circle(held));
     glUniform4i(2, (int)(l->valid.row0 - row0), (int)(l->valid.row1 - row0),
                 (int)(l->valid.col0 - col0), (int)(l->valid.col1 - col0));
-    glUniform4f(3, (float)(((double)row0 + 0.5) * step_lat),
-                (float)geo_wrap_lon(-M_PI + ((double)col0 + 0.5) * step_lon), (float)step_lat,
-                (float)step_lon);
+    int64_t circle = (int64_t)shape->cols << held->share;
+    glUniform1i(3, (int)row0);
+    glUniform2ui(5, (GLuint)((col0 % circle + circle) % circle), (GLuint)circle);
+    glUniform2f(6, (float)step_lat, (float)step_lon);
     glUniform2f(4, (float)w->ellipsoid.a, (float)w->ellipsoid.b);
     glDispatchCompute((GLuint)(cols + 15) / 16, (GLuint)(rows + 3) / 4, 1);
 }
