@@ -6,6 +6,7 @@
 #include "app/default_earth.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
+#include "app/team.h"
 #include "base/log.h"
 
 static import_params raster_params(const struct options *o)
@@ -68,19 +69,32 @@ static void print_report(const char *output, const import_report *r)
         1e-6 * rate);
 }
 
-static status import_rasters(const struct options *o)
+static status import_together(const struct options *o, import_team *team, int threads)
 {
     struct progress progress;
     import_report report;
+    bool first = !team || team->rank == 0;
     import_params params = raster_params(o);
+    if (params.threads == 0) params.threads = threads;
+    params.team = team;
     params.progress = progress_import;
     params.user = &progress;
     params.report = &report;
     interrupt_catch();
-    progress_start(&progress, stderr, o->quiet);
+    progress_start(&progress, stderr, o->quiet || !first);
     status s = import_run(&params);
     progress_finish(&progress);
-    if (!s) print_report(o->output, &report);
+    if (!s && first) print_report(o->output, &report);
+    return s;
+}
+
+static status import_rasters(const struct options *o)
+{
+    import_team *team;
+    int threads;
+    status s = team_begin(&team, &threads);
+    if (!s) s = import_together(o, team, threads);
+    team_end(&team);
     return s;
 }
 

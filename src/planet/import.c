@@ -292,6 +292,9 @@ static status join(struct import *im, const char *joining)
 static void write_report(const struct import *im)
 {
     struct crew_counters c = crew_count(im->crew);
+    const import_team *team = im->params->team;
+    log_debug("process %d of %d made %llu tiles", team ? team->rank : 0, team ? team->size : 1,
+              (unsigned long long)c.made);
     import_report r = {.tiles = im->tiles,
                        .made = sum(im, c.made),
                        .uniform = sum(im, c.uniform),

@@ -98,6 +98,7 @@ status import_store_open(const import_store_params *params, struct import_store 
     if (params->resume && params->rank == 0) s = each_part(store->part, mend_part, store);
     bool resume = params->resume && access(store->own, F_OK) == 0;
     if (!s) s = planet_writer_open(store->own, store->fingerprint, resume, &store->writer);
+    if (!s) s = planet_writer_seal(store->writer);
     if (!s && params->base) s = planet_part_open(params->base, &store->base);
     if (s) import_store_close(&store);
     *out = store;
@@ -262,7 +263,7 @@ static status join_rows(struct heads *h, struct planet_writer *w,
     *tiles = 0;
     for (int best; !s && !(s = pick(h, &best)) && best >= 0; ++*tiles) {
         const planet_row *r = &h->rows[best];
-        s = planet_writer_put(w, r->id, &r->body, r->min, r->max);
+        s = planet_writer_put_hashed(w, r->id, &r->body, r->hash, r->min, r->max);
         if (!s) s = advance(h, best);
         if (!s && *tiles % 256 == 0 && progress &&
             progress(user, (double)*tiles / (double)(h->total + 1)))

@@ -17,7 +17,7 @@ typedef struct import_store_params {
     bool resume;
 } import_store_params;
 
-// Opens or creates this rank's part. Errors as planet_writer_open and planet_part_open.
+// Opens or creates this rank's part, sealed. Errors as planet_writer_open and planet_part_open.
 status import_store_open(const import_store_params *params, struct import_store **out);
 void import_store_close(struct import_store **store);
 

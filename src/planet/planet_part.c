@@ -90,9 +90,9 @@ status planet_part_next(struct planet_part *p, planet_row *row)
                sqlite3_column_int(w, 5), sqlite3_column_int(w, 6), sqlite3_column_int(w, 7)},
         .body = {(unsigned char *)sqlite3_column_blob(w, 0), (size_t)sqlite3_column_bytes(w, 0)},
         .min = store_float(w, 2),
-        .max = store_float(w, 3)};
-    return store_check_body(p->path, row->id, row->body.data, row->body.size,
-                            sqlite3_column_int64(w, 1));
+        .max = store_float(w, 3),
+        .hash = sqlite3_column_int64(w, 1)};
+    return store_check_body(p->path, row->id, row->body.data, row->body.size, row->hash);
 }
 
 char *planet_part_fingerprint(struct planet_part *p)

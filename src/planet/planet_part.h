@@ -23,6 +23,7 @@ status planet_part_get(struct planet_part *part, tile_id id, codec_blob *body, f
 typedef struct planet_row {
     tile_id id;
     codec_blob body;
+    int64_t hash; // store_hash of the body
     float min, max;
 } planet_row;
 

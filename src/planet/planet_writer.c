@@ -173,9 +173,9 @@ bool planet_writer_has(struct planet_writer *w, tile_id id)
     return found;
 }
 
-static status store_body(struct planet_writer *w, const codec_blob *body, sqlite3_int64 *id)
+static status store_body(struct planet_writer *w, const codec_blob *body, sqlite3_int64 hash,
+                         sqlite3_int64 *id)
 {
-    sqlite3_int64 hash = store_hash(body->data, body->size);
     sqlite3_stmt *find = w->stmt[FIND_BODY], *add = w->stmt[ADD_BODY];
     sqlite3_bind_int64(find, 1, hash);
     sqlite3_bind_blob64(find, 2, body->data, body->size, SQLITE_STATIC);
@@ -197,8 +197,14 @@ static status store_body(struct planet_writer *w, const codec_blob *body, sqlite
 status planet_writer_put(struct planet_writer *w, tile_id id, const codec_blob *body, float min,
                          float max)
 {
+    return planet_writer_put_hashed(w, id, body, store_hash(body->data, body->size), min, max);
+}
+
+status planet_writer_put_hashed(struct planet_writer *w, tile_id id, const codec_blob *body,
+                                int64_t hash, float min, float max)
+{
     sqlite3_int64 body_id = 0;
-    status s = store_body(w, body, &body_id);
+    status s = store_body(w, body, hash, &body_id);
     if (s) return s;
     sqlite3_stmt *add = w->stmt[ADD_TILE];
     store_bind_tile(add, id);

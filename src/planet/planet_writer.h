@@ -29,6 +29,10 @@ bool planet_writer_has(struct planet_writer *writer, tile_id id);
 status planet_writer_put(struct planet_writer *writer, tile_id id, const codec_blob *body,
                          float min, float max);
 
+// As planet_writer_put, of a body whose store_hash is known.
+status planet_writer_put_hashed(struct planet_writer *writer, tile_id id, const codec_blob *body,
+                                int64_t hash, float min, float max);
+
 // Reads back a stored body and its range (committed or pending); ERR_NOT_FOUND silently,
 // ERR_FORMAT, logged, when it is not what was put. Free with codec_blob_deinit.
 status planet_writer_get(struct planet_writer *writer, tile_id id, codec_blob *body, float *min,
