@@ -24,6 +24,7 @@ third_party=(
     '^turbojpeg\.h$ planet'
     '^epoxy/|^EGL/|^GL/|^KHR/ gpu render'
     '^GLFW/|^imgui|^backends/imgui_ app'
+    '^mpi\.h$ app'
     '^GeographicLib/ reference'
     '^png\.h$|^cjson/ planet app'
     '^curl/|^webp/ planet'
