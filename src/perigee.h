@@ -76,6 +76,10 @@ PERIGEE_API void perigee_planet_get_info(const perigee_planet *planet, perigee_p
 // the disk.
 PERIGEE_API perigee_status perigee_planet_height(perigee_planet *planet, double lat_deg,
                                                  double lon_deg, double *height_m);
+// The same without waiting, from tiles that are in memory: NaN when there is none. Returns whether
+// they are the finest, so that the height is that of perigee_planet_height.
+PERIGEE_API bool perigee_planet_height_now(perigee_planet *planet, double lat_deg, double lon_deg,
+                                           double *height_m);
 
 enum perigee_transform {
     PERIGEE_TRANSFORM_STABLE, // free of cancellation (default)

@@ -122,27 +122,31 @@ static void ask(struct window_ground *g, struct answer *a, double lat, double lo
     if (!pool_try_submit(g->worker, work, a)) atomic_store(&a->state, EMPTY);
 }
 
+static void keep(struct answer *a, double lat, double lon, double height)
+{
+    a->lat = lat;
+    a->lon = lon;
+    a->height = height;
+    atomic_store(&a->state, DONE);
+}
+
 double window_ground_at(struct window_ground *g, double lat, double lon, double room)
 {
     if (isfinite(room) && room > ORBIT_M) return 0;
     struct answer *spare;
-    double away;
+    double away, height = NAN;
     int busy;
     const struct answer *best = nearest(g, lat, lon, &away, &spare, &busy);
     double known = best ? best->height : (double)NAN;
     if (away < SAME_M) return known;
-    if (isinf(room) || STEEP * away + ROUGH < room) {
-        // What lies ahead never keeps the place itself waiting.
-        if (spare && busy < (isinf(room) ? 1 : 2)) ask(g, spare, lat, lon);
-        return known;
+    bool near = isfinite(room) && STEEP * away + ROUGH >= room;
+    if (near && perigee_planet_height_now(g->planet, lat / DEG, lon / DEG, &height)) {
+        if (spare) keep(spare, lat, lon, height);
+        return height;
     }
-    double height = look_up(g, lat, lon);
-    if (spare && isfinite(height)) {
-        spare->lat = lat;
-        spare->lon = lon;
-        spare->height = height;
-        atomic_store(&spare->state, DONE);
-    }
+    // What lies ahead never keeps the place itself waiting.
+    if (spare && busy < (isinf(room) ? 1 : 2)) ask(g, spare, lat, lon);
+    if (!near || isnan(height)) return known;
     return height;
 }
 

@@ -1,6 +1,7 @@
-// Terrain heights for the camera without waiting for the disk where that can be helped: a worker
-// looks up the place the camera is over, and until it answers a neighbouring answer does for a
-// camera far enough above it. Main only.
+// Terrain heights for the camera without ever waiting for the disk: a worker looks up the place the
+// camera is over. Until it answers, a neighbouring answer does for a camera far enough above it,
+// and for one that is not, what is in memory: all of it, as a rule, of ground that is in view. Main
+// only.
 #ifndef PERIGEE_APP_WINDOW_GROUND_H
 #define PERIGEE_APP_WINDOW_GROUND_H
 
@@ -15,8 +16,9 @@ struct window_ground *window_ground_create(perigee_planet *planet);
 void window_ground_destroy(struct window_ground **ground); // waits for the worker
 
 // Terrain height at a place (rad), for one who is `room` metres above what was last known there:
-// exact when the terrain could be met, from near by when it cannot, 0 from orbit. With infinite
-// room never waits; NaN while nothing is known.
+// when the terrain could be met, exact if its tiles are in memory or the worker has read them, else
+// as fine as there is; from near by when it could not be met; 0 from orbit. NaN while nothing is
+// known.
 double window_ground_at(struct window_ground *ground, double lat, double lon, double room);
 
 // true once after the worker has answered.

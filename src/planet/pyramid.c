@@ -212,9 +212,27 @@ int pyramid_data_zoom(struct pyramid *p, tile_id id)
     return zoom;
 }
 
+// How tiles are had for a height: from memory alone, or asked for by the want; without it waited
+// for.
+struct look {
+    struct pyramid *pyramid;
+    struct want *want;
+    bool held;
+};
+
+static status look_at_tile(const struct look *l, tile_id id, const pyramid_tile **out)
+{
+    struct pyramid *p = l->pyramid;
+    if (l->held) {
+        *out = cache_peek(p->mixed ? p->mixed : p->cache, id);
+        return *out ? OK : ERR_PENDING;
+    }
+    return l->want ? pyramid_try(p, id, l->want, out) : pyramid_acquire(p, id, out);
+}
+
 // Height on the centre line of one global sample row, linear in longitude; a row beyond a pole is
 // the row as far before it, on the opposite meridian.
-static status height_on_row(struct pyramid *p, int zoom, int64_t row, double lon, double *height)
+static status height_on_row(const struct look *l, int zoom, int64_t row, double lon, double *height)
 {
     int64_t rows = (int64_t)TILE_SIZE * grid_rows(zoom);
     double turn = lon / (2.0 * M_PI) + 0.5;
@@ -229,26 +247,49 @@ static status height_on_row(struct pyramid *p, int zoom, int64_t row, double lon
         int64_t col = ((int64_t)west + i + width) % width;
         tile_id id = {LAYER_HEIGHT, zoom, tile_row, (int)(col / TILE_SIZE)};
         const pyramid_tile *tile;
-        status s = pyramid_acquire(p, id, &tile);
+        status s = look_at_tile(l, id, &tile);
         if (s) return s;
         h[i] = tile->heights[row % TILE_SIZE * TILE_SIZE + col % TILE_SIZE];
-        pyramid_release(p, &tile);
+        pyramid_release(l->pyramid, &tile);
     }
     *height = h[0] + (x - west) * (h[1] - h[0]);
     return OK;
 }
 
-status pyramid_height_at(struct pyramid *p, int zoom, double lat, double lon, double *height)
+static status height_at(const struct look *l, int zoom, double lat, double lon, double *height)
 {
     assert(isfinite(lat) && isfinite(lon));
     *height = 0.0;
-    zoom = zoom < 0 ? 0 : zoom > GRID_MAX_ZOOM ? GRID_MAX_ZOOM : zoom;
     lat = clamp_double(lat, -M_PI / 2, M_PI / 2);
     double y = (M_PI / 2 - lat) / grid_step_lat(zoom) - 0.5, north = floor(y), a, b;
-    status s = height_on_row(p, zoom, (int64_t)north, lon, &a);
-    if (!s) s = height_on_row(p, zoom, (int64_t)north + 1, lon, &b);
+    status s = height_on_row(l, zoom, (int64_t)north, lon, &a);
+    if (!s) s = height_on_row(l, zoom, (int64_t)north + 1, lon, &b);
     if (!s) *height = a + (y - north) * (b - a);
     return s;
+}
+
+static int on_grid(int zoom)
+{
+    return zoom < 0 ? 0 : zoom > GRID_MAX_ZOOM ? GRID_MAX_ZOOM : zoom;
+}
+
+status pyramid_height_at(struct pyramid *p, int zoom, double lat, double lon, double *height)
+{
+    return height_at(&(struct look){.pyramid = p}, on_grid(zoom), lat, lon, height);
+}
+
+status pyramid_height_try(struct pyramid *p, int zoom, double lat, double lon, struct want *want,
+                          double *height)
+{
+    return height_at(&(struct look){.pyramid = p, .want = want}, on_grid(zoom), lat, lon, height);
+}
+
+int pyramid_height_held(struct pyramid *p, int zoom, double lat, double lon, double *height)
+{
+    const struct look held = {.pyramid = p, .held = true};
+    zoom = on_grid(zoom);
+    while (zoom >= 0 && height_at(&held, zoom, lat, lon, height)) zoom--;
+    return zoom;
 }
 
 static void add_counters(struct pyramid *p, struct pyramid_counters *out)

@@ -78,6 +78,15 @@ int pyramid_data_zoom(struct pyramid *pyramid, tile_id id);
 // Blocks on I/O.
 status pyramid_height_at(struct pyramid *pyramid, int zoom, double lat, double lon, double *height);
 
+// The same without waiting for a network: ERR_PENDING while tiles are on their way, in which the
+// want then has a share. Reads the disk.
+status pyramid_height_try(struct pyramid *pyramid, int zoom, double lat, double lon,
+                          struct want *want, double *height);
+
+// The same without reading anything: from the finest zoom up to `zoom` whose tiles at the place are
+// in memory. Returns that zoom; -1, and height 0, when there is none.
+int pyramid_height_held(struct pyramid *pyramid, int zoom, double lat, double lon, double *height);
+
 void pyramid_counters(struct pyramid *pyramid, struct pyramid_counters *out);
 
 #endif

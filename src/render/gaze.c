@@ -8,9 +8,14 @@
 
 enum { RAYS_ACROSS = 3, RAYS_DOWN = 5, MAX_STEPS = 120 };
 
+enum haste { WAITS, TRIES, GUESSES };
+
 struct probe {
     struct pyramid *pyramid;
     const struct planet_meta *meta;
+    enum haste haste;
+    struct want *want; // of one who tries
+    bool exact;        // no tile was missing so far
     dvec3 eye;
 };
 
@@ -19,31 +24,42 @@ static int finest_zoom(const struct planet_meta *m)
     return m->max_zoom[LAYER_HEIGHT] < 0 ? 0 : m->max_zoom[LAYER_HEIGHT];
 }
 
+// The ground, in the data at *zoom or, where that is not at hand, at the zoom left there.
+static double ground_at(struct probe *b, int *zoom, double lat, double lon)
+{
+    double ground = 0;
+    status s = OK;
+    if (b->haste == WAITS) s = pyramid_height_at(b->pyramid, *zoom, lat, lon, &ground);
+    if (b->haste == TRIES) s = pyramid_height_try(b->pyramid, *zoom, lat, lon, b->want, &ground);
+    if (b->haste != GUESSES && !s) return ground;
+    int held = pyramid_height_held(b->pyramid, *zoom, lat, lon, &ground);
+    b->exact &= held == *zoom;
+    *zoom = held > 0 ? held : 0;
+    return ground;
+}
+
 // Metres from the camera down to the terrain, never more than they are: the data under the camera,
 // less what synthesis may add to it (a fiftieth of its sample spacing).
-static double clearance(const struct probe *b, const geodetic *p)
+static double clearance(struct probe *b, const geodetic *p)
 {
     const struct planet_meta *m = b->meta;
     if (p->height > 2 * m->height_max + 1e5) return p->height;
     int zoom = finest_zoom(m);
-    double ground = 0;
-    if (pyramid_height_at(b->pyramid, zoom, p->lat, p->lon, &ground)) return 1;
+    double ground = ground_at(b, &zoom, p->lat, p->lon);
     return p->height - ground - 0.02 * grid_step_lat(zoom) * m->ellipsoid.a;
 }
 
 // Height above samples about a sixty-fourth of the distance wide.
-static double gap_at(const struct probe *b, dvec3 dir, double t)
+static double gap_at(struct probe *b, dvec3 dir, double t)
 {
     geodetic g = geo_geodetic_from_ecef(b->meta->ellipsoid, dvec3_mad(b->eye, dir, t));
     double rows = M_PI * b->meta->ellipsoid.a / (t / 64);
     int zoom = (int)clamp_double(floor(log2(rows / 256)), 0, finest_zoom(b->meta));
-    double ground = 0;
-    if (pyramid_height_at(b->pyramid, zoom, g.lat, g.lon, &ground)) return 0;
-    return g.height - ground;
+    return g.height - ground_at(b, &zoom, g.lat, g.lon);
 }
 
 // Distance along a ray (unit, ECEF) to the ground, NaN when it meets none.
-static double distance_along(const struct probe *b, dvec3 dir, double start)
+static double distance_along(struct probe *b, dvec3 dir, double start)
 {
     geo_ellipsoid e = b->meta->ellipsoid;
     double top = b->meta->height_max + 1, t = start;
@@ -59,7 +75,7 @@ static double distance_along(const struct probe *b, dvec3 dir, double start)
 // Harmonic mean of the distances of what the picture shows; NaN: only sky. A sample at the distance
 // d is about as wide as it is far from the focus, and shows 1 / d: |D - d| / d is the same at the
 // nearest and the farthest d, and below the nadir's 1, for D their harmonic mean.
-static double distance_seen(const struct probe *b, const geo_camera *c, double aspect, double start,
+static double distance_seen(struct probe *b, const geo_camera *c, double aspect, double start,
                             double *nearest)
 {
     dmat3 eye = geo_eye_from_ecef(c);
@@ -87,18 +103,35 @@ static double narrowness(double fov_y)
     return x * x * (3 - 2 * x);
 }
 
-gaze gaze_find(struct pyramid *pyramid, const geo_camera *camera, double aspect)
+static gaze look(struct probe *b, const geo_camera *camera, double aspect)
 {
-    struct probe b = {.pyramid = pyramid, .meta = pyramid_meta(pyramid)};
-    geo_ellipsoid e = b.meta->ellipsoid;
+    b->meta = pyramid_meta(b->pyramid);
+    b->exact = true;
+    geo_ellipsoid e = b->meta->ellipsoid;
     const geodetic *p = &camera->position;
-    double down = clearance(&b, p), share = narrowness(camera->fov_y), nearest;
-    gaze nadir = {p->lat, p->lon, down, down, false};
+    double down = clearance(b, p), share = narrowness(camera->fov_y), nearest;
+    gaze nadir = {p->lat, p->lon, down, down, false, b->exact};
     if (share <= 0) return nadir;
-    b.eye = geo_ecef_from_geodetic(e, *p);
-    double distance = distance_seen(&b, camera, aspect, fmax(down, 1), &nearest);
+    b->eye = geo_ecef_from_geodetic(e, *p);
+    double distance = distance_seen(b, camera, aspect, fmax(down, 1), &nearest);
+    nadir.exact = b->exact;
     if (isnan(distance)) return nadir;
     dvec3 forward = dvec3_scale(geo_eye_from_ecef(camera).row[2], -1);
-    geodetic g = geo_geodetic_from_ecef(e, dvec3_mad(b.eye, forward, share * distance));
-    return (gaze){g.lat, g.lon, down + share * fmax(distance - down, 0), nearest, true};
+    geodetic g = geo_geodetic_from_ecef(e, dvec3_mad(b->eye, forward, share * distance));
+    return (gaze){g.lat, g.lon, down + share * fmax(distance - down, 0), nearest, true, b->exact};
+}
+
+gaze gaze_find(struct pyramid *pyramid, const geo_camera *camera, double aspect)
+{
+    return look(&(struct probe){.pyramid = pyramid}, camera, aspect);
+}
+
+gaze gaze_try(struct pyramid *pyramid, const geo_camera *camera, double aspect, struct want *want)
+{
+    return look(&(struct probe){.pyramid = pyramid, .haste = TRIES, .want = want}, camera, aspect);
+}
+
+gaze gaze_guess(struct pyramid *pyramid, const geo_camera *camera, double aspect)
+{
+    return look(&(struct probe){.pyramid = pyramid, .haste = GUESSES}, camera, aspect);
 }

@@ -12,6 +12,7 @@ typedef struct gaze {
     double distance; // from the camera to the ground there, m; under the nadir: no more than that
     double nearest;  // from the camera to the nearest ground seen, m
     bool aside;      // the focus is not the nadir
+    bool exact;      // found with all the tiles that it depends on
 } gaze;
 
 // Vertical fields of view, rad, up to which the focus is where the camera looks, and from which on
@@ -19,8 +20,14 @@ typedef struct gaze {
 #define GAZE_NARROW (20 * M_PI / 180)
 #define GAZE_WIDE   (45 * M_PI / 180)
 
-// A function of its arguments and of the planet's data alone. Reads coarse tiles: may wait for the
-// disk. aspect: width / height of the picture. Any thread.
+// A function of its arguments and of the planet's data alone, when `exact`; without tiles that it
+// depends on, coarser ones in memory do. aspect: width / height of the picture. Any thread.
+
+// Waits for the disk, and for the network.
 gaze gaze_find(struct pyramid *pyramid, const geo_camera *camera, double aspect);
+// Reads the disk, but does not wait for the network: the want has a share in what is on its way.
+gaze gaze_try(struct pyramid *pyramid, const geo_camera *camera, double aspect, struct want *want);
+// From what is in memory.
+gaze gaze_guess(struct pyramid *pyramid, const geo_camera *camera, double aspect);
 
 #endif

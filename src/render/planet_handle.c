@@ -9,6 +9,8 @@
 
 #define RAD(deg) ((deg) * (M_PI / 180))
 
+enum { FINEST_ZOOM = 20 }; // of the finest level
+
 const char *perigee_version(void)
 {
     return PERIGEE_VERSION;
@@ -89,6 +91,17 @@ perigee_status perigee_planet_height(perigee_planet *planet, double lat_deg, dou
         log_error("no height at latitude %g, longitude %g: not a place", lat_deg, lon_deg);
         return ERR_ARGUMENT;
     }
-    return (perigee_status)pyramid_height_at(planet->pyramid, 20, RAD(lat_deg),
+    return (perigee_status)pyramid_height_at(planet->pyramid, FINEST_ZOOM, RAD(lat_deg),
                                              geo_wrap_lon(RAD(lon_deg)), height_m);
+}
+
+bool perigee_planet_height_now(perigee_planet *planet, double lat_deg, double lon_deg,
+                               double *height_m)
+{
+    int zoom = -1;
+    if (fabs(lat_deg) <= 90 && isfinite(lon_deg))
+        zoom = pyramid_height_held(planet->pyramid, FINEST_ZOOM, RAD(lat_deg),
+                                   geo_wrap_lon(RAD(lon_deg)), height_m);
+    if (zoom < 0) *height_m = NAN;
+    return zoom == FINEST_ZOOM;
 }

@@ -49,6 +49,7 @@ static status create_parts(perigee_view *v)
                           .any_level = v->params.transform != PERIGEE_TRANSFORM_STABLE};
     status s = windows_create(&w, &v->windows);
     if (!s) windows_fill_coarsest(v->windows, 5);
+    v->scout = scout_create(v->planet->pyramid, v->pool);
     if (!s) s = spherical_create(&g, &v->spherical);
     if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex, v->params.identify);
     return s;
@@ -85,6 +86,7 @@ void perigee_view_destroy(perigee_view **view)
 {
     perigee_view *v = *view;
     if (!v) return;
+    scout_destroy(&v->scout);
     windows_destroy(&v->windows);
     spherical_destroy(&v->spherical);
     frame_deinit(&v->frame);
@@ -174,12 +176,14 @@ static dvec3 sun_direction(const perigee_view *v)
     return dvec3_normalize(dvec3_add(dvec3_normalize(v->projection.camera_ecef), fixed));
 }
 
-// Vertices stand relative to the camera, in the frame of the focus.
-static void find_gaze(perigee_view *v, double aspect)
+// True when it differs from the last frame's. Vertices stand relative to the camera, in the frame
+// of the focus.
+static bool find_gaze(perigee_view *v, double aspect)
 {
-    gaze found = gaze_find(v->planet->pyramid, &v->camera, aspect);
-    if (found.lat != v->gaze.lat || found.lon != v->gaze.lon) v->placed_dirty = true;
-    v->gaze = found;
+    gaze was = v->gaze, now = v->gaze = scout_look(v->scout, &v->camera, aspect);
+    bool moved = now.lat != was.lat || now.lon != was.lon;
+    v->placed_dirty |= moved;
+    return moved || now.distance != was.distance || now.nearest != was.nearest;
 }
 
 // The mesh ends where the rings of the fill keep the spacing, or with the rings whose 256 samples
@@ -214,8 +218,10 @@ status view_prepare(perigee_view *v, int width, int height)
     if (s) return s;
     v->stats.gpu_bytes_targets = frame_target_bytes(&v->frame);
     v->dirty |= resized;
-    if (!v->dirty) return OK;
-    find_gaze(v, (double)width / height);
+    if (!v->dirty && v->gaze.exact) return OK;
+    bool turned = find_gaze(v, (double)width / height);
+    if (!v->dirty && !turned) return OK;
+    v->dirty = true;
     v->projection =
         projection_make(m->ellipsoid, &v->camera, v->gaze.lat, v->gaze.lon, width, height);
     cell_view cells = projection_cell_view(&v->projection, m->height_min, m->height_max);
@@ -299,7 +305,7 @@ void view_count_frame(perigee_view *v)
     s->tiles_synthesised = tiles.synthesised;
     s->tiles_corrupt = tiles.corrupt;
     s->gpu_ms = gpu_timer_ms(v->timer, 0);
-    s->needs_redraw = !windows_settled(v->windows);
+    s->needs_redraw = !windows_settled(v->windows) || !v->gaze.exact;
 }
 
 perigee_status perigee_view_render(perigee_view *v, int width, int height)
@@ -327,7 +333,7 @@ perigee_status perigee_view_render(perigee_view *v, int width, int height)
 static status log_timeout(const perigee_view *v, double timeout_s)
 {
     char missing[768] = "";
-    windows_missing(v->windows, missing, sizeof missing);
+    perigee_view_missing(v, missing, sizeof missing);
     size_t length = strlen(missing);
     while (length > 0 && missing[length - 1] == '\n') missing[--length] = '\0';
     for (char *p = missing; *p; p++)
@@ -344,12 +350,15 @@ perigee_status perigee_view_wait(perigee_view *v, int width, int height, double 
     status s = view_prepare(v, width, height);
     while (!s) {
         v->stats.total_bytes_uploaded += windows_pump(v->windows, -1);
-        if (windows_settled(v->windows)) break;
+        bool settled = windows_settled(v->windows);
+        if (settled && v->gaze.exact) break;
         double left = end - clock_s();
         if (!(left > 0)) {
             s = log_timeout(v, timeout_s);
             break;
         }
+        if (settled) scout_wait(v->scout, fmin(left, 0.05));
+        if (!v->gaze.exact) s = view_prepare(v, width, height);
         // Focus unchanged: this only plans what did not fit in before.
         move_windows(v);
         glFinish();
@@ -361,7 +370,11 @@ perigee_status perigee_view_wait(perigee_view *v, int width, int height, double 
 
 int perigee_view_missing(const perigee_view *v, char *text, size_t size)
 {
-    return windows_missing(v->windows, text, size);
+    int count = windows_missing(v->windows, text, size);
+    size_t used = size ? strlen(text) : 0;
+    if (v->gaze.exact) return count;
+    if (used < size) snprintf(text + used, size - used, "ground under the view\n");
+    return count + 1;
 }
 
 void perigee_view_get_stats(const perigee_view *v, perigee_stats *out)

@@ -4,15 +4,16 @@
 
 #include "gpu/timer.h"
 #include "render/frame.h"
-#include "render/gaze.h"
 #include "render/planet_handle.h"
 #include "render/projection.h"
+#include "render/scout.h"
 #include "render/spherical.h"
 
 struct perigee_view {
     perigee_planet *planet;
     perigee_view_params params;
     struct pool *pool;
+    struct scout *scout;
     struct windows *windows;
     struct spherical *spherical;
     frame frame;
