@@ -81,14 +81,6 @@ PERIGEE_API perigee_status perigee_planet_height(perigee_planet *planet, double 
 PERIGEE_API bool perigee_planet_height_now(perigee_planet *planet, double lat_deg, double lon_deg,
                                            double *height_m);
 
-// How vertices are placed. Data, streaming, shading and measures are the same in all modes.
-enum perigee_mode {
-    PERIGEE_MODE_SPHERICAL, // concentric rings about the viewer (Clasen & Hege 2006); default
-};
-
-// As on the command line; NULL for a number that is no mode. Modes count from 0 without a gap.
-PERIGEE_API const char *perigee_mode_name(enum perigee_mode mode);
-
 enum perigee_transform {
     PERIGEE_TRANSFORM_STABLE, // free of cancellation (default)
     PERIGEE_TRANSFORM_EXACT,  // Clasen & Hege 2006, eq. 9, 12
@@ -107,7 +99,6 @@ enum perigee_quality {
 };
 
 typedef struct perigee_view_params {
-    enum perigee_mode mode;
     int threads; // workers that read and resample, up to 256; 0: one for each processor
     enum perigee_quality quality;
     double error_px;        // > 0: instead of `quality`, the cheapest that keeps this error
@@ -128,7 +119,9 @@ typedef struct perigee_view_params {
     bool no_antialias;
     bool no_sky_glow;
     bool identify; // true: keeps which triangle drew each pixel (perigee_view_read_triangles)
-    size_t upload_bytes_frame; // bytes uploaded a frame at most; 0: 4 MiB
+    size_t upload_bytes_frame;   // bytes uploaded a frame at most; 0: 4 MiB
+    size_t update_samples_frame; // samples of heights, and as many of colour, renewed a frame at
+                                 // most; 0: as many as one level has (the n^2 of Losasso & Hoppe)
 } perigee_view_params;
 
 typedef struct perigee_camera {
@@ -147,6 +140,9 @@ typedef struct perigee_stats {
     uint64_t triangles_drawn;
     uint64_t vertices_placed;
     uint64_t bytes_uploaded;
+    uint64_t samples_updated;       // of heights and of colour
+    uint32_t height_levels_yielded; // held back by the budget of samples, or because the camera is
+    uint32_t color_levels_yielded;  // too fast for them to come in time; finest first, as bits
     uint64_t draws;
     double gpu_ms, cpu_ms; // gpu_ms < 0 while unknown
     // since creation

@@ -28,6 +28,8 @@ struct level {
     window_rect valid; // in columns of `held`
     clip_range range;  // covers the heights in `valid`
     struct plan plan;
+    double lag;  // frames that its plans took of late
+    bool outrun; // would be late in any case: see outruns()
     struct clip_bounds *bounds;
 };
 
@@ -37,7 +39,13 @@ struct clipmap {
     struct level *levels;
     int last; // finest wanted; -1 before the first move
     double lat, lon;
-    double ahead_lat, ahead_lon; // where the focus will be if it goes on as it does
+    double step_lat, step_lon;   // of the focus, the last two frames alike
+    double last_step;            // its length between the last two moves
+    double ahead_lat, ahead_lon; // where the focus will be if it goes on so
+    bool moved;                  // since the frame began
+    double lag;                  // frames from asking for a strip to having it, of late
+    size_t frame_left;           // samples
+    int held_from;               // finest level that the frame's samples reached
     struct clipmap_counters counters;
 };
 
@@ -51,6 +59,12 @@ status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_
     struct clipmap *c = NEW(struct clipmap);
     c->params = *params;
     c->last = -1;
+    c->frame_left = SIZE_MAX;
+    c->held_from = CLIPMAP_MAX_LEVELS;
+    if (!c->params.samples_frame)
+        c->params.samples_frame = (size_t)shape->rows * (size_t)shape->cols;
+    if (c->params.samples_frame < (size_t)shape->cols)
+        c->params.samples_frame = (size_t)shape->cols;
     if (!c->params.staging_bytes) c->params.staging_bytes = DEFAULT_STAGING;
     c->levels = NEW_ARRAY(struct level, (size_t)params->levels);
     for (int i = 0; i < params->levels; i++) {
@@ -170,6 +184,30 @@ static double priority_of(const struct clipmap *c, const window *w, window_rect 
     return w->level + 0.5 * fmin(far, 1);
 }
 
+// Will the level's window share nothing with today's by the time that strips asked for now have
+// come? Once it was so, half of it has to be shared again, or what is asked for would be given up
+// in the next frame. Levels 0 and 1 hold the whole circle and are never left.
+static bool outruns(const struct clipmap *c, const struct level *l)
+{
+    if (l->window.level < 2 || c->counters.frames == 0) return false;
+    double rows = fabs(c->step_lat) / window_step_lat(&l->window);
+    double cols = fabs(c->step_lon) / window_step_lon(&c->params.shape, &l->window);
+    if (l->window.share == 0) cols = 0;
+    double lag = fmax(c->lag, 1) * (l->outrun ? 2 : 1);
+    return rows * lag >= c->params.shape.rows || cols * lag >= c->params.shape.cols;
+}
+
+// From the first level that is outrun on, all finer ones are left alone.
+static void find_outrun(struct clipmap *c)
+{
+    bool outrun = false;
+    for (int i = 0; i <= c->last; i++) {
+        struct level *l = &c->levels[i];
+        outrun = l->outrun = outrun || outruns(c, l);
+        if (outrun) plan_cancel(c, l);
+    }
+}
+
 // Queues strips coarse to fine while there are blocks: a level is planned when every coarser one is
 // complete or in work.
 static void feed(struct clipmap *c)
@@ -179,11 +217,13 @@ static void feed(struct clipmap *c)
     for (int i = 0; i <= c->last && room; i++) {
         struct level *l = &c->levels[i];
         struct plan *p = &l->plan;
+        if (l->outrun) break;
         if (!p->active && level_complete(c, l)) continue;
         if (!p->active) plan_start(c, l);
         clip_strips rest = p->strips;
         for (window_rect r; room && clip_strips_take(&rest, max_rows, &r);) {
-            room = clip_jobs_add(c->jobs, &p->window, r, priority_of(c, &p->window, r));
+            room = clip_jobs_add(c->jobs, &p->window, r, priority_of(c, &p->window, r),
+                                 c->counters.frames);
             if (!room) break;
             p->strips = rest;
             p->live++;
@@ -192,14 +232,27 @@ static void feed(struct clipmap *c)
     clip_jobs_start(c->jobs);
 }
 
-// The next AHEAD frames, if the focus goes on as between the last two.
+// The next AHEAD frames, if the focus goes on as between the last three: a single step is a jump,
+// not a flight.
 static void look_ahead(struct clipmap *c, double lat, double lon)
 {
     enum { AHEAD = 8 };
     bool first = c->last < 0;
-    double turn = 2 * M_PI;
-    c->ahead_lat = clamp_double(first ? lat : lat + AHEAD * (lat - c->lat), -M_PI / 2, M_PI / 2);
-    c->ahead_lon = first ? lon : lon + AHEAD * remainder(lon - c->lon, turn);
+    double dlat = first ? 0 : lat - c->lat, dlon = first ? 0 : remainder(lon - c->lon, 2 * M_PI);
+    double length = hypot(dlat, dlon * cos(lat));
+    double alike = length > 0 ? fmin(1, c->last_step / length) : 0;
+    c->last_step = length;
+    c->step_lat = alike * dlat;
+    c->step_lon = alike * dlon;
+    c->ahead_lat = clamp_double(lat + AHEAD * c->step_lat, -M_PI / 2, M_PI / 2);
+    c->ahead_lon = lon + AHEAD * c->step_lon;
+}
+
+// Nobody moves: nothing is outrun.
+static void stand(struct clipmap *c)
+{
+    look_ahead(c, c->lat, c->lon);
+    find_outrun(c);
 }
 
 void clipmap_move(struct clipmap *c, double lat, double lon, int last)
@@ -219,7 +272,43 @@ void clipmap_move(struct clipmap *c, double lat, double lon, int last)
     c->lat = lat;
     c->lon = lon;
     c->last = last;
+    c->moved |= moved;
+    find_outrun(c);
     feed(c);
+}
+
+static uint32_t levels_held_back(const struct clipmap *c)
+{
+    uint32_t levels = 0;
+    for (int i = 0; i <= c->last; i++) {
+        const struct level *l = &c->levels[i];
+        bool held_back = l->outrun || i >= c->held_from;
+        if (held_back && !level_complete(c, l)) levels |= (uint32_t)1 << i;
+    }
+    return levels;
+}
+
+void clipmap_begin_frame(struct clipmap *c, bool unbounded)
+{
+    const double forget = 0.9; // half a second brings 20 frames of lag down to 1
+    c->counters.yielded = levels_held_back(c);
+    c->counters.frames++;
+    c->counters.frame_samples = 0;
+    c->frame_left = unbounded ? SIZE_MAX : c->params.samples_frame;
+    c->held_from = CLIPMAP_MAX_LEVELS;
+    if (!c->moved && c->last >= 0) {
+        c->lag *= forget;
+        stand(c);
+        feed(c);
+    }
+    c->moved = false;
+}
+
+// Most strips find their tiles in memory and come at once; it is the others that make a level late.
+static void learn_lag(struct clipmap *c, const struct clip_job *job)
+{
+    double more = (double)(c->counters.frames - job->frame) - c->lag;
+    c->lag += more > 0 ? more / 2 : more / 128;
 }
 
 bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
@@ -230,9 +319,14 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     size_t row_bytes = 4 * (size_t)(job->rect.col1 - job->rect.col0);
     size_t rows = (size_t)(job->rect.row1 - job->rect.row0 - job->handed);
     if (rows > budget / row_bytes) rows = budget / row_bytes;
+    if (rows > c->frame_left / (row_bytes / 4)) {
+        rows = c->frame_left / (row_bytes / 4);
+        c->held_from = job->window.level;
+    }
     if (!rows) return false;
     struct level *l = &c->levels[job->window.level];
     if (!l->plan.begun) plan_begin(c, l);
+    if (!job->handed) learn_lag(c, job);
 
     clipmap_strip s = {.level = job->window.level, .window = job->window, .rect = job->rect};
     s.rect.row0 += job->handed;
@@ -249,6 +343,12 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     job->handed += s.rows;
     c->counters.strips++;
     c->counters.samples += s.bytes / 4;
+    c->counters.frame_samples += s.bytes / 4;
+    if (c->frame_left != SIZE_MAX) {
+        c->frame_left -= s.bytes / 4;
+        if (c->counters.frame_samples > c->counters.most_frame_samples)
+            c->counters.most_frame_samples = c->counters.frame_samples;
+    }
     c->counters.bytes += s.bytes;
     *out = s;
     return true;
@@ -307,6 +407,7 @@ bool clipmap_wait(struct clipmap *c, double timeout_s)
 {
     const double longest_s = 1e6;
     double deadline = clip_jobs_clock() + fmin(fmax(timeout_s, 0), longest_s);
+    if (c->last >= 0) stand(c); // who waits does not move
     for (;;) {
         clip_jobs_wake(c->jobs);
         feed(c);

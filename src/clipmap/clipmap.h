@@ -21,6 +21,8 @@ typedef struct clipmap_params {
     double ring_bound;    // A/B of the ellipsoid
     size_t staging_bytes; // bound of strips finished or in work; 0: 32 MiB, at least one row of
                           // samples
+    size_t samples_frame; // handed out in a frame at most, at least one row; 0: as many as a window
+                          // has, the n^2 of Losasso & Hoppe 2004, 5
 } clipmap_params;
 
 // What a level holds now. `valid` is what may be sampled: complete, uploaded, inside window.rect.
@@ -49,8 +51,13 @@ typedef struct clipmap_strip {
 struct clipmap_counters {
     uint64_t strips, samples, bytes; // handed out since creation
     uint64_t refills;                // levels filled from nothing
-    size_t staging_bytes;            // now
-    int waiting;                     // strips whose tiles are on their way, now
+    uint64_t frames;                 // begun
+    uint64_t frame_samples;          // handed out since the frame began
+    uint64_t most_frame_samples;     // in a frame with a budget
+    uint32_t yielded;     // bit i: in the frame before, level i was wanted, not complete,
+                          // and held back by the budget or by the speed of the viewer
+    size_t staging_bytes; // now
+    int waiting;          // strips whose tiles are on their way, now
 };
 
 // pyramid and pool are borrowed and outlive the clipmap.
@@ -63,11 +70,18 @@ void clipmap_destroy(struct clipmap **clipmap); // waits for its own work
 // plan that a newer move made useless are dropped. Call once a frame.
 void clipmap_move(struct clipmap *clipmap, double lat, double lon, int last);
 
-// The next finished strip, coarse to fine, of at most `budget` bytes (a longer one is handed out in
-// parts, of whole rows); false when there is none. The strip's samples stay until clipmap_uploaded.
-// From this call on, texels of the strip are no longer `valid` for older data. Upload strips in the
-// order they were handed out; each must come back through clipmap_uploaded, even when a newer move
-// has made it useless.
+// Begins a frame: gives out the next budget of samples (params.samples_frame; `unbounded`: no end
+// of it). Coarse levels have the first of it, so that the finest yield first. A level whose window
+// will have left its place before its strips can have come (by how long they took of late) yields
+// too, and all finer ones, instead of asking for what nobody will see. They come back when there is
+// budget again and the viewer is slower. Without any call there is no budget.
+void clipmap_begin_frame(struct clipmap *clipmap, bool unbounded);
+
+// The next finished strip, coarse to fine, of at most `budget` bytes and the frame's samples (a
+// longer one is handed out in parts, of whole rows); false when there is none. The strip's samples
+// stay until clipmap_uploaded. From this call on, texels of the strip are no longer `valid` for
+// older data. Upload strips in the order they were handed out; each must come back through
+// clipmap_uploaded, even when a newer move has made it useless.
 bool clipmap_next_strip(struct clipmap *clipmap, size_t budget, clipmap_strip *out);
 void clipmap_uploaded(struct clipmap *clipmap, const clipmap_strip *strip);
 

@@ -169,7 +169,8 @@ void clip_jobs_start(struct clip_jobs *j)
     pthread_mutex_unlock(&j->lock);
 }
 
-bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect, double priority)
+bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect, double priority,
+                   uint64_t frame)
 {
     pthread_mutex_lock(&j->lock);
     struct clip_job *job = NULL;
@@ -178,6 +179,7 @@ bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect, doubl
     if (job) {
         job->state = CLIP_JOB_QUEUED;
         job->order = j->next_order++;
+        job->frame = frame;
         job->want = want_create(priority);
         job->window = *w;
         job->rect = rect;

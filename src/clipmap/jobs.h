@@ -23,6 +23,7 @@ enum clip_job_state {
 struct clip_job {
     enum clip_job_state state; // under the lock of the set
     uint64_t order;
+    uint64_t frame;    // in which it was asked for
     struct want *want; // NULL when free
     window window;
     window_rect rect;
@@ -46,8 +47,9 @@ void clip_jobs_destroy(struct clip_jobs **jobs); // drops what is queued, waits 
 int clip_jobs_max_rows(const struct clip_jobs *jobs);
 
 // Queues the filling of a rectangle that does not wrap in the texture; false when no block is free.
-// priority: of what it needs from the sources, see want.h.
-bool clip_jobs_add(struct clip_jobs *jobs, const window *w, window_rect rect, double priority);
+// priority: of what it needs from the sources, see want.h. frame: kept in the job.
+bool clip_jobs_add(struct clip_jobs *jobs, const window *w, window_rect rect, double priority,
+                   uint64_t frame);
 
 // Sees to it that workers are on their way to the queued strips.
 void clip_jobs_start(struct clip_jobs *jobs);

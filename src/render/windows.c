@@ -84,6 +84,7 @@ static status create_layers(struct windows *w, const windows_params *p)
     clipmap_params c = {.layer = LAYER_HEIGHT,
                         .shape = window_height_shape(p->texels > 256 ? p->texels : 256),
                         .levels = p->levels - finer_levels(p->texels),
+                        .samples_frame = p->update_samples_frame,
                         .ring_bound =
                             fmax(w->ellipsoid.a / w->ellipsoid.b, w->ellipsoid.b / w->ellipsoid.a)};
     w->height =
@@ -338,6 +339,8 @@ static bool advance_shown(struct layer *l, double dt_s)
 size_t windows_pump(struct windows *w, double dt_s)
 {
     size_t before = gpu_upload_total(w->upload);
+    clipmap_begin_frame(w->height.clipmap, dt_s < 0);
+    clipmap_begin_frame(w->color.clipmap, dt_s < 0);
     if (gpu_upload_begin(w->upload)) {
         bool heights = pump_layer(w, &w->height, true);
         pump_layer(w, &w->color, false);
@@ -427,6 +430,16 @@ int windows_missing(const struct windows *w, char *text, size_t size)
     if (!clipmap_complete(w->color.clipmap, NULL))
         count += list_missing(&w->color, "color", text, size, &used);
     return count;
+}
+
+void windows_count(const struct windows *w, struct windows_counters *out)
+{
+    struct clipmap_counters h, c;
+    clipmap_counters(w->height.clipmap, &h);
+    clipmap_counters(w->color.clipmap, &c);
+    uint64_t most =
+        h.most_frame_samples > c.most_frame_samples ? h.most_frame_samples : c.most_frame_samples;
+    *out = (struct windows_counters){h.frame_samples + c.frame_samples, most, h.yielded, c.yielded};
 }
 
 static void fill_level(const struct windows *w, const struct layer *l, int level, float map[4],

@@ -18,7 +18,15 @@ typedef struct windows_params {
     int levels; // of heights
     int texels; // height samples across a level's ring: 128, 256, 512 or 1024
     size_t upload_bytes_frame;
+    size_t update_samples_frame; // of each layer; 0: as many as a window of one level has
 } windows_params;
+
+struct windows_counters {
+    uint64_t samples;           // handed out in this frame
+    uint64_t most_samples;      // of a layer in any frame that did not wait
+    uint32_t heights_held_back; // levels, as bits: see clipmap_counters.yielded
+    uint32_t colors_held_back;
+};
 
 status windows_create(const windows_params *params, struct windows **out);
 void windows_destroy(struct windows **windows);
@@ -56,6 +64,8 @@ bool windows_complete(const struct windows *w);
 bool windows_wait(struct windows *w, double timeout_s);
 // "height level 7: 3 strips" lines; returns their number.
 int windows_missing(const struct windows *w, char *text, size_t size);
+
+void windows_count(const struct windows *w, struct windows_counters *out);
 
 void windows_fill_block(const struct windows *w, struct levels_block *block);
 

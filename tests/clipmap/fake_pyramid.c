@@ -7,10 +7,13 @@
 
 enum { BODIES = 13, SAMPLES = TILE_SIZE * TILE_SIZE, LATE_MAX = 1 << 14 };
 
-// A tile that was asked for before it was delivered.
+// A tile that was asked for before it was delivered, by one want; several may ask for one tile.
 struct late {
     tile_id id;
-    struct want *want; // NULL: delivered
+    struct want *want; // NULL: delivered, or given up
+    bool given_up;
+    bool flying; // by fake_pyramid_tick
+    int age;     // ticks in flight
 };
 
 struct pyramid {
@@ -132,10 +135,21 @@ static bool was_delivered(struct pyramid *p, tile_id id, struct want *want)
     bool delivered = false;
     pthread_mutex_lock(&p->lock);
     for (int i = 0; i < p->late_count && !delivered; i++)
-        delivered = tile_id_equal(p->late[i].id, id) && !p->late[i].want;
+        delivered = tile_id_equal(p->late[i].id, id) && !p->late[i].want && !p->late[i].given_up;
+    for (int i = 0; i < p->late_count && !delivered; i++)
+        if (p->late[i].want == want && tile_id_equal(p->late[i].id, id)) {
+            pthread_mutex_unlock(&p->lock);
+            return false;
+        }
     if (!delivered) {
         if (p->late_count == LATE_MAX) abort();
-        p->late[p->late_count++] = (struct late){id, want_take(want)};
+        p->late[p->late_count] = (struct late){.id = id, .want = want_take(want)};
+        for (int i = 0; i < p->late_count; i++) // in flight already, for somebody else
+            if (p->late[i].want && p->late[i].flying && tile_id_equal(p->late[i].id, id)) {
+                p->late[p->late_count].flying = true;
+                p->late[p->late_count].age = p->late[i].age;
+            }
+        p->late_count++;
     }
     pthread_mutex_unlock(&p->lock);
     return delivered;
@@ -172,6 +186,96 @@ int fake_pyramid_deliver(struct pyramid *p, int count)
     }
     pthread_mutex_unlock(&p->lock);
     return given;
+}
+
+static bool wanted(const struct pyramid *p, tile_id id)
+{
+    for (int i = 0; i < p->late_count; i++)
+        if (p->late[i].want && tile_id_equal(p->late[i].id, id) && !want_cancelled(p->late[i].want))
+            return true;
+    return false;
+}
+
+// All who asked for the tile get an answer; `came`: the tile.
+static void answer(struct pyramid *p, tile_id id, bool came)
+{
+    for (int i = 0; i < p->late_count; i++) {
+        struct late *l = &p->late[i];
+        if (!l->want || !tile_id_equal(l->id, id)) continue;
+        want_give_back(&l->want);
+        l->given_up = !came;
+        l->flying = false;
+    }
+}
+
+static void set_off(struct pyramid *p, tile_id id)
+{
+    for (int i = 0; i < p->late_count; i++)
+        if (p->late[i].want && tile_id_equal(p->late[i].id, id)) p->late[i].flying = true;
+}
+
+// The one to be fetched next: the most wanted, or the first that was asked for.
+static const struct late *next_in_line(const struct pyramid *p, bool first_come)
+{
+    const struct late *best = NULL;
+    for (int i = 0; i < p->late_count; i++) {
+        const struct late *l = &p->late[i];
+        if (!l->want || l->flying) continue;
+        if (!first_come && want_cancelled(l->want)) continue;
+        if (!best || (!first_come && want_priority(l->want) < want_priority(best->want))) best = l;
+    }
+    return best;
+}
+
+// Distinct tiles in flight, into `ids` where it has room.
+static int flying(const struct pyramid *p, tile_id *ids, int room)
+{
+    int count = 0;
+    for (int i = 0; i < p->late_count; i++) {
+        bool again = !p->late[i].want || !p->late[i].flying;
+        for (int k = 0; k < i && !again; k++)
+            again =
+                p->late[k].want && p->late[k].flying && tile_id_equal(p->late[k].id, p->late[i].id);
+        if (again) continue;
+        if (count < room) ids[count] = p->late[i].id;
+        count++;
+    }
+    return count;
+}
+
+// Answered entries are only kept for the tiles that came, once each.
+static void forget(struct pyramid *p)
+{
+    int kept = 0;
+    for (int i = 0; i < p->late_count; i++)
+        if (p->late[i].want || !p->late[i].given_up) p->late[kept++] = p->late[i];
+    p->late_count = kept;
+}
+
+void fake_pyramid_tick(struct pyramid *p, const struct fake_line *line, struct fake_traffic *t)
+{
+    pthread_mutex_lock(&p->lock);
+    for (int i = 0; i < p->late_count; i++) {
+        struct late *l = &p->late[i];
+        if (!l->want || !l->flying || ++l->age < line->ticks) continue;
+        t->came++;
+        t->in_vain += !wanted(p, l->id);
+        answer(p, l->id, true);
+    }
+    for (int i = 0; i < p->late_count && !line->first_come; i++) {
+        tile_id id = p->late[i].id;
+        if (!p->late[i].want || wanted(p, id)) continue;
+        t->stopped += p->late[i].flying;
+        answer(p, id, false);
+    }
+    const struct late *next;
+    t->flying_count = flying(p, t->flying, FAKE_FLYING);
+    while (t->flying_count < line->slots && (next = next_in_line(p, line->first_come))) {
+        set_off(p, next->id);
+        t->flying_count = flying(p, t->flying, FAKE_FLYING);
+    }
+    forget(p);
+    pthread_mutex_unlock(&p->lock);
 }
 
 int fake_pyramid_under_way(struct pyramid *p, int *stale)

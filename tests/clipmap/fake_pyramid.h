@@ -24,6 +24,26 @@ int fake_pyramid_deliver(struct pyramid *pyramid, int count);
 // Tiles on their way, and how many of them nobody wants any more.
 int fake_pyramid_under_way(struct pyramid *pyramid, int *stale);
 
+// A slow line: `slots` tiles in flight at once, each for so many ticks; the most wanted ones first
+// and stopped when nobody wants them, or in the order of asking and to the end.
+struct fake_line {
+    int slots, ticks;
+    bool first_come;
+};
+
+enum { FAKE_FLYING = 64 };
+
+struct fake_traffic {
+    int came, in_vain; // since it was zeroed; in vain: nobody wanted them any more
+    int stopped;
+    int flying_count; // now
+    tile_id flying[FAKE_FLYING];
+};
+
+// After fake_pyramid_late: a tick of the line goes by.
+void fake_pyramid_tick(struct pyramid *pyramid, const struct fake_line *line,
+                       struct fake_traffic *traffic);
+
 int fake_pyramid_asked(struct pyramid *pyramid); // tiles asked for since creation
 int fake_pyramid_held(struct pyramid *pyramid);  // acquired and not released
 

@@ -6,7 +6,7 @@
 
 #include "model.h"
 
-static const clipmap_params PARAMS = {LAYER_HEIGHT, {288, 512, 256}, 12, 1.00336, 0};
+static const clipmap_params PARAMS = {LAYER_HEIGHT, {288, 512, 256}, 12, 1.00336, 0, 0};
 
 // Frames until the workers have asked for all they can.
 static void settle(struct model *m, double lat, double lon, int last)

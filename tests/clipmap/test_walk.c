@@ -91,7 +91,7 @@ static void random_walk(const clipmap_params *params, uint64_t seed, int threads
 
 static clipmap_params heights(int cols, int levels, size_t staging)
 {
-    return (clipmap_params){LAYER_HEIGHT, {288, cols, 256}, levels, 1.00336, staging};
+    return (clipmap_params){LAYER_HEIGHT, {288, cols, 256}, levels, 1.00336, staging, 0};
 }
 
 static void small_windows(void **state)
@@ -113,14 +113,14 @@ static void tight_staging(void **state)
 static void real_windows(void **state)
 {
     (void)state;
-    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0};
+    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0, 0};
     random_walk(&p, 6, 8, STEPS / 10);
 }
 
 static void colors(void **state)
 {
     (void)state;
-    clipmap_params p = {LAYER_COLOR, {288, 128, 256}, 6, 1.00336, (size_t)1 << 20};
+    clipmap_params p = {LAYER_COLOR, {288, 128, 256}, 6, 1.00336, (size_t)1 << 20, 0};
     random_walk(&p, 7, 2, STEPS / 4);
 }
 
