@@ -81,6 +81,14 @@ PERIGEE_API perigee_status perigee_planet_height(perigee_planet *planet, double 
 PERIGEE_API bool perigee_planet_height_now(perigee_planet *planet, double lat_deg, double lon_deg,
                                            double *height_m);
 
+// How vertices are placed. Data, streaming, shading and measures are the same in all modes.
+enum perigee_mode {
+    PERIGEE_MODE_SPHERICAL, // concentric rings about the viewer (Clasen & Hege 2006); default
+};
+
+// As on the command line; NULL for a number that is no mode. Modes count from 0 without a gap.
+PERIGEE_API const char *perigee_mode_name(enum perigee_mode mode);
+
 enum perigee_transform {
     PERIGEE_TRANSFORM_STABLE, // free of cancellation (default)
     PERIGEE_TRANSFORM_EXACT,  // Clasen & Hege 2006, eq. 9, 12
@@ -99,6 +107,7 @@ enum perigee_quality {
 };
 
 typedef struct perigee_view_params {
+    enum perigee_mode mode;
     int threads; // workers that read and resample, up to 256; 0: one for each processor
     enum perigee_quality quality;
     double error_px;        // > 0: instead of `quality`, the cheapest that keeps this error

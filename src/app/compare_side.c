@@ -14,7 +14,9 @@ status compare_side_open(const char *name, struct compare_side *out)
     *out = (struct compare_side){.name = name, .mode = option_mode_find(name)};
     if (out->mode >= 0) return OK;
     if (output_has_extension(name, ".exr")) return image_exr_read(name, &out->picture);
-    log_error("%s: neither a mode (spherical, reference) nor an .exr file", name);
+    char names[128];
+    log_error("%s: neither a mode (%s, reference) nor an .exr file", name,
+              option_mode_names(names, sizeof names));
     return ERR_ARGUMENT;
 }
 
@@ -23,26 +25,44 @@ void compare_side_close(struct compare_side *side)
     image_exr_file_deinit(&side->picture);
 }
 
-static bool wants(const struct compare_side sides[2], int mode)
+static bool is_view(const struct compare_side *side)
 {
-    return sides[0].mode == mode || sides[1].mode == mode;
+    return side->mode >= 0 && side->mode != MODE_REFERENCE;
+}
+
+// A view for each mode among the sides.
+static status open_views(struct compare_stage *stage, const struct compare_side sides[2])
+{
+    struct options *o = &stage->options;
+    bool a = is_view(&sides[0]), b = is_view(&sides[1]);
+    if (!a && !b) {
+        session_credit(&stage->session);
+        return OK;
+    }
+    o->view_params.mode = (enum perigee_mode)sides[a ? 0 : 1].mode;
+    status s = session_open_view(&stage->session);
+    if (s || !a || !b || sides[0].mode == sides[1].mode) return s;
+    perigee_view_params other = o->view_params;
+    other.mode = (enum perigee_mode)sides[1].mode;
+    return (status)perigee_view_create(stage->session.planet, &other, &stage->other);
 }
 
 status compare_stage_open(struct compare_stage *stage, const struct compare_side sides[2])
 {
     struct options *o = &stage->options;
-    if (!wants(sides, MODE_SPHERICAL) && !wants(sides, MODE_REFERENCE)) return OK;
+    if (sides[0].mode < 0 && sides[1].mode < 0) return OK;
     o->view_params.no_sky_glow = true; // the reference has no air
     status s = session_open_planet(o, &stage->session);
-    if (!s && wants(sides, MODE_SPHERICAL)) s = session_open_view(&stage->session);
-    else if (!s) session_credit(&stage->session);
-    if (!s && wants(sides, MODE_REFERENCE)) s = reference_source_init(&stage->source, o);
+    if (!s) s = open_views(stage, sides);
+    if (!s && (sides[0].mode == MODE_REFERENCE || sides[1].mode == MODE_REFERENCE))
+        s = reference_source_init(&stage->source, o);
     return s;
 }
 
 void compare_stage_close(struct compare_stage *stage)
 {
     reference_source_deinit(&stage->source);
+    if (stage->other) perigee_view_destroy(&stage->other);
     session_close(&stage->session);
 }
 
@@ -68,16 +88,17 @@ static status take_memory(const struct compare_stage *stage, image_exr_file *p)
     return ERR_MEMORY;
 }
 
-static status render_clipmap(struct compare_stage *stage, const perigee_camera *camera,
-                             image_exr_file *p)
+static status render_view(struct compare_stage *stage, int mode, const perigee_camera *camera,
+                          image_exr_file *p)
 {
     const GLenum format = GL_RGBA8;
-    perigee_view *view = stage->session.view;
+    bool first = mode == (int)stage->options.view_params.mode;
+    perigee_view *view = first ? stage->session.view : stage->other;
     gpu_target target;
     status s = (status)perigee_view_set_camera(view, camera);
     const struct options *o = &stage->options;
     if (!s && o->time_given) s = (status)perigee_view_set_time(view, o->unix_time_s);
-    if (!s) s = session_wait(&stage->session, stage->width, stage->height);
+    if (!s) s = (status)perigee_view_wait(view, stage->width, stage->height, o->timeout_s);
     if (!s) s = gpu_target_init(&target, stage->width, stage->height, &format, 1, 0);
     if (s) return s;
     perigee_planes planes = {.r = p->r,
@@ -93,7 +114,7 @@ static status render_clipmap(struct compare_stage *stage, const perigee_camera *
     if (!s) s = (status)perigee_view_read_planes(view, &planes);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gpu_target_deinit(&target);
-    for (int i = 0; i < 3; i++) { // a clipmap knows no normals of its own
+    for (int i = 0; i < 3; i++) { // a view knows no normals of its own
         free(p->normals[i]);
         p->normals[i] = NULL;
     }
@@ -135,7 +156,7 @@ status compare_side_render(struct compare_side *side, struct compare_stage *stag
     status s = take_memory(stage, &side->picture);
     if (s) return s;
     return side->mode == MODE_REFERENCE ? render_reference(stage, camera, &side->picture)
-                                        : render_clipmap(stage, camera, &side->picture);
+                                        : render_view(stage, side->mode, camera, &side->picture);
 }
 
 compare_picture compare_side_planes(const struct compare_side *side)

@@ -11,21 +11,22 @@
 
 struct compare_side {
     const char *name; // as given
-    int mode;         // enum option_mode, -1: a file
+    int mode;         // enum perigee_mode or MODE_REFERENCE, -1: a file
     image_exr_file picture;
 };
 
 // What the modes need, opened as far as the sides want it.
 struct compare_stage {
     struct options options; // those of the user, without air; a flight's time is put in
-    struct session session;
+    struct session session; // its view renders the first mode wanted
+    perigee_view *other;    // and this one a second, NULL: there is none
     struct reference_source source;
     int width, height;
     struct progress progress;
     double done, share; // of the work: what is done, and what the picture now made is of it
 };
 
-// "spherical", "reference", or the name of an EXR file, which is read. ERR_ARGUMENT, logged, when
+// A mode's name, "reference", or the name of an EXR file, which is read. ERR_ARGUMENT, logged, when
 // it is none of these.
 status compare_side_open(const char *name, struct compare_side *out);
 void compare_side_close(struct compare_side *side);

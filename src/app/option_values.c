@@ -129,23 +129,37 @@ status option_texcoord(struct options *o, const char *name, const char *value)
     return OK;
 }
 
-static const char *const mode_names[] = {
-    [MODE_SPHERICAL] = "spherical", [MODE_REFERENCE] = "reference"};
-
 int option_mode_find(const char *name)
 {
-    return find_name(name, mode_names, sizeof mode_names / sizeof mode_names[0]);
+    if (strcmp(name, "reference") == 0) return MODE_REFERENCE;
+    const char *known;
+    for (int i = 0; (known = perigee_mode_name((enum perigee_mode)i)); i++)
+        if (strcmp(name, known) == 0) return i;
+    return -1;
+}
+
+const char *option_mode_names(char *text, size_t size)
+{
+    size_t used = 0;
+    const char *known;
+    for (int i = 0; (known = perigee_mode_name((enum perigee_mode)i)) && used < size; i++)
+        used += (size_t)snprintf(text + used, size - used, "%s%s", i ? ", " : "", known);
+    return text;
 }
 
 status option_mode(struct options *o, const char *name, const char *value)
 {
     bool view = o->command == COMMAND_VIEW;
     int found = option_mode_find(value);
-    if (found < 0 || (found == MODE_REFERENCE && view))
-        return refuse(name, value,
-                      view ? "spherical (reference: perigee render and fly only)"
-                           : "spherical or reference");
+    if (found < 0 || (found == MODE_REFERENCE && view)) {
+        char names[128], wanted[192];
+        snprintf(wanted, sizeof wanted,
+                 view ? "%s (reference: perigee render and fly only)" : "%s or reference",
+                 option_mode_names(names, sizeof names));
+        return refuse(name, value, wanted);
+    }
     o->reference = found == MODE_REFERENCE;
+    if (!o->reference) o->view_params.mode = (enum perigee_mode)found;
     return OK;
 }
 

@@ -5,11 +5,13 @@
 
 #include "app/options.h"
 
-// How pictures are made, by the names of --mode.
-enum option_mode { MODE_SPHERICAL, MODE_REFERENCE };
+// Besides the modes of perigee.h, by the names of --mode.
+enum { MODE_REFERENCE = 1000 };
 
-// The enum option_mode of that name, -1: none.
+// The enum perigee_mode of that name, or MODE_REFERENCE, -1: none.
 int option_mode_find(const char *name);
+// The names of perigee.h's modes with commas between them, in text, which is returned.
+const char *option_mode_names(char *text, size_t size);
 
 status option_camera(struct options *o, const char *name, const char *value);
 status option_time(struct options *o, const char *name, const char *value);

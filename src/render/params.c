@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "clipmap/clipmap.h"
 #include "render/cells.h"
+#include "render/geometry.h"
 
 struct quality {
     int azimuth_steps, rings_per_level, texels;
@@ -77,6 +78,7 @@ static status check(const perigee_view_params *p)
         wrong = "number of threads (up to 256)", value = p->threads;
     else if ((int)p->transform < 0 || p->transform > PERIGEE_TRANSFORM_BLEND)
         wrong = "transform", value = (int)p->transform;
+    else if (!geometry_mode_find(p->mode)) wrong = "mode", value = (int)p->mode;
     if (!wrong) return OK;
     log_error("impossible %s: %d", wrong, value);
     return ERR_ARGUMENT;
@@ -87,5 +89,8 @@ status params_complete(perigee_view_params *p)
     if (!p->levels) p->levels = DEFAULT_LEVELS;
     if (!p->upload_bytes_frame) p->upload_bytes_frame = (size_t)4 << 20;
     status s = complete_rings(p);
-    return s ? s : check(p);
+    if (!s) s = check(p);
+    if (s) return s;
+    const struct geometry_mode *mode = geometry_mode_find(p->mode);
+    return mode->complete ? mode->complete(p) : OK;
 }

@@ -1,15 +1,19 @@
+// The spherical clipmap's support geometry: static rings, cells, placing by compute, one
+// multi-draw.
+//
 // Vertex buffers: ring coordinates (n~, e~, v~), written once (the fill's rows by each placing),
 // and positions relative to the camera, written only for cells that became visible or stale.
 // Neighbouring cells share the vertices of their border and compute them from the same numbers, so
 // there is nothing to crack.
-#include "render/spherical.h"
-
 #include <math.h>
 #include <stdlib.h>
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "geo/horizon.h"
 #include "gpu/program.h"
+#include "render/geometry.h"
+#include "render/stride.h"
 
 struct index_list {
     size_t offset; // bytes
@@ -21,8 +25,13 @@ struct strides {
 };
 
 struct spherical {
+    struct geometry base;
     ring_params rings;
-    bool any_level; // as in the parameters
+    double spacing_px;
+    bool cull;
+    // The transform may be off by more than a level's window (the paper's are, near the ground), so
+    // that a height can come from any coarser level.
+    bool any_level;
     GLuint ring_buffer, place_buffer, index_buffer, cell_buffer, vertex_array;
     GLuint place_program, mesh_program;
     int cells;
@@ -146,36 +155,19 @@ static status make_buffers(struct spherical *s, bool identify)
     return ERR_GPU;
 }
 
-status spherical_create(const spherical_params *params, struct spherical **out)
+static struct spherical *spherical_of(struct geometry *geometry)
 {
-    struct spherical *s = NEW(struct spherical);
-    s->rings = params->rings;
-    s->any_level = params->any_level;
-    s->cells = cell_count(&s->rings);
-    size_t cells = (size_t)s->cells;
-    s->placed = NEW_ARRAY(uint64_t, cells);
-    s->strides = NEW_ARRAY(struct strides, cells);
-    s->epoch = 1;
-    s->work = NEW_ARRAY(uint32_t, cells * 4);
-    s->counts = NEW_ARRAY(GLsizei, cells);
-    s->offsets = NEW_ARRAY(const void *, cells);
-    s->bases = NEW_ARRAY(GLint, cells);
-    s->drawn = NEW_ARRAY(int, cells);
-    s->draw_strides = NEW_ARRAY(uint32_t, cells);
-    status r = make_buffers(s, params->identify);
-    if (!r) r = gpu_program_create_compute("place/place.comp", params->defines, &s->place_program);
-    if (!r)
-        r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", params->defines,
-                                      &s->mesh_program);
-    if (r) spherical_destroy(&s);
-    *out = s;
-    return r;
+    return (struct spherical *)geometry;
 }
 
-void spherical_destroy(struct spherical **spherical)
+static const struct spherical *spherical_of_const(const struct geometry *geometry)
 {
-    struct spherical *s = *spherical;
-    if (!s) return;
+    return (const struct spherical *)geometry;
+}
+
+static void destroy(struct geometry *geometry)
+{
+    struct spherical *s = spherical_of(geometry);
     const GLuint buffers[] = {s->ring_buffer, s->place_buffer, s->index_buffer, s->cell_buffer,
                               s->stride_buffer};
     glDeleteBuffers(5, buffers);
@@ -191,17 +183,59 @@ void spherical_destroy(struct spherical **spherical)
     free(s->drawn);
     free(s->strides);
     free(s);
-    *spherical = NULL;
 }
 
-size_t spherical_gpu_bytes(const struct spherical *s)
+static status create(const geometry_params *params, struct geometry **out)
 {
-    return s->gpu_bytes;
+    const perigee_view_params *v = params->view;
+    struct spherical *s = NEW(struct spherical);
+    s->rings = (ring_params){.azimuth_steps = v->azimuth_steps,
+                             .rings_per_level = v->rings_per_level,
+                             .levels = v->levels};
+    s->spacing_px = v->ring_spacing_px;
+    s->any_level = v->transform != PERIGEE_TRANSFORM_STABLE;
+    s->cull = !v->no_cull;
+    s->cells = cell_count(&s->rings);
+    size_t cells = (size_t)s->cells;
+    s->placed = NEW_ARRAY(uint64_t, cells);
+    s->strides = NEW_ARRAY(struct strides, cells);
+    s->epoch = 1;
+    s->work = NEW_ARRAY(uint32_t, cells * 4);
+    s->counts = NEW_ARRAY(GLsizei, cells);
+    s->offsets = NEW_ARRAY(const void *, cells);
+    s->bases = NEW_ARRAY(GLint, cells);
+    s->drawn = NEW_ARRAY(int, cells);
+    s->draw_strides = NEW_ARRAY(uint32_t, cells);
+    status r = make_buffers(s, v->identify);
+    if (!r) r = gpu_program_create_compute("place/place.comp", params->defines, &s->place_program);
+    if (!r)
+        r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", params->defines,
+                                      &s->mesh_program);
+    if (!r) *out = &s->base;
+    else destroy(&s->base);
+    return r;
 }
 
-void spherical_invalidate(struct spherical *s)
+static size_t gpu_bytes(const struct geometry *geometry)
 {
-    s->epoch++;
+    return spherical_of_const(geometry)->gpu_bytes;
+}
+
+static void invalidate(struct geometry *geometry)
+{
+    spherical_of(geometry)->epoch++;
+}
+
+// The mesh ends where the rings of the fill keep the spacing, or with the rings whose 256 samples
+// across are no wider than a pixel; it begins at the horizon.
+static void choose_levels(const struct geometry *geometry, const geometry_frame *f, int *first,
+                          int *last)
+{
+    const struct spherical *s = spherical_of_const(geometry);
+    double spacing_px = s->spacing_px > 0 ? s->spacing_px : 4;
+    *last = projection_last_level(f->projection, f->gaze.distance, 4 * CELL_FILL_RINGS * spacing_px,
+                                  s->rings.levels);
+    *first = projection_first_level(&f->view);
 }
 
 // One dispatch for each run of cells of one size.
@@ -226,6 +260,13 @@ static void place(struct spherical *s, uint32_t count, uint64_t *placed)
     }
     glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);
 }
+
+// What of the rings is drawn.
+struct ring_draw {
+    const cell_view *view;
+    ring_sight sight;
+    int first, last; // levels
+};
 
 struct selection {
     GLsizei draws;
@@ -300,8 +341,8 @@ static void select_band(struct spherical *s, const struct ring_draw *d, const st
         &s->lists[log2_of(by.columns)][fill ? STRIDE_COUNT : log2_of(by.rings)];
     for (int k = 0; k < CELL_SECTORS; k++) {
         int cell = cell_index(level, band, k);
-        if (!d->cull ||
-            cell_visible(&s->rings, &d->view, cell, d->last, heights->low, heights->high))
+        if (!s->cull ||
+            cell_visible(&s->rings, d->view, cell, d->last, heights->low, heights->high))
             select_cell(s, cell, list, by, sel);
     }
 }
@@ -323,21 +364,37 @@ static void place_fill_anew(struct spherical *s, int last)
 {
     if (s->fill_of == last) return;
     for (int k = 0; k < CELL_SECTORS; k++) s->placed[cell_fill_index(&s->rings, k)] = 0;
-    spherical_invalidate(s);
+    invalidate(&s->base);
     s->fill_of = last;
 }
 
-void spherical_draw(struct spherical *s, const struct windows *w, const struct ring_draw *d,
-                    struct spherical_counts *counts)
+static struct ring_draw ring_draw_of(const struct spherical *s, const geometry_frame *f)
 {
-    place_fill_anew(s, d->last);
-    struct selection sel = {.column_stride =
-                                column_stride(&s->rings, &d->sight, d->first, d->last)};
-    select_levels(s, w, d, &sel);
+    const projection *p = f->projection;
+    return (struct ring_draw){
+        .view = &f->view,
+        .sight = {.radius = p->ellipsoid.a,
+                  .altitude = p->camera.position.height,
+                  .pixel = geo_pixel_size(1, p->camera.fov_y, p->height),
+                  .spacing_px = s->spacing_px,
+                  .gaze = f->gaze},
+        .first = f->first,
+        .last = f->last,
+    };
+}
+
+// Chooses the visible cells, places those not placed yet (compute), and draws them all by one call.
+static void draw(struct geometry *geometry, const geometry_frame *frame, geometry_counts *counts)
+{
+    struct spherical *s = spherical_of(geometry);
+    struct ring_draw d = ring_draw_of(s, frame);
+    place_fill_anew(s, d.last);
+    struct selection sel = {.column_stride = column_stride(&s->rings, &d.sight, d.first, d.last)};
+    select_levels(s, frame->windows, &d, &sel);
     place(s, sel.work, &counts->vertices_placed);
 
     uint64_t per_level = (uint64_t)s->rings.azimuth_steps * (uint64_t)s->rings.rings_per_level * 2;
-    counts->triangles_total = per_level * (uint64_t)(d->last - d->first + 1) +
+    counts->triangles_total = per_level * (uint64_t)(d.last - d.first + 1) +
                               (uint64_t)s->lists[0][STRIDE_COUNT].count / 3 * CELL_SECTORS;
     counts->triangles_drawn = sel.triangles;
     counts->draws = sel.draws > 0;
@@ -352,7 +409,22 @@ void spherical_draw(struct spherical *s, const struct windows *w, const struct r
                                       (const void *const *)s->offsets, sel.draws, s->bases);
 }
 
-int spherical_drawn_cell(const struct spherical *s, uint32_t draw)
+static void identify(const struct geometry *geometry, uint32_t number, int *level, int *sector)
 {
-    return s->drawn[draw];
+    const struct spherical *s = spherical_of_const(geometry);
+    int cell = s->drawn[number];
+    bool fill = cell_level(cell) == s->rings.levels;
+    *level = fill ? s->fill_of + 1 : cell_level(cell);
+    *sector = cell_sector(cell);
 }
+
+const struct geometry_mode geometry_spherical = {
+    .name = "spherical",
+    .create = create,
+    .destroy = destroy,
+    .gpu_bytes = gpu_bytes,
+    .levels = choose_levels,
+    .invalidate = invalidate,
+    .draw = draw,
+    .identify = identify,
+};

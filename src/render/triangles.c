@@ -27,13 +27,12 @@ static void name_pixels(const perigee_view *v, const uint32_t *pairs, size_t n, 
     out->ground_pixels = 0;
     for (size_t k = 0; k < n; k++) {
         bool ground = pairs[2 * k] != 0;
-        int cell = ground ? spherical_drawn_cell(v->spherical, pairs[2 * k] - 1) : -1;
-        int level = ground ? cell_level(cell) : -1;
+        int level = -1, sector = -1;
+        if (ground) v->geometry->mode->identify(v->geometry, pairs[2 * k] - 1, &level, &sector);
         numbers[k] = ground ? pairs[2 * k + 1] + 1 : 0;
         if (out->triangle) out->triangle[k] = numbers[k];
-        if (level == v->params.levels) level = (int)v->stats.last_level + 1;
         if (out->level) out->level[k] = level;
-        if (out->sector) out->sector[k] = ground ? cell_sector(cell) : -1;
+        if (out->sector) out->sector[k] = sector;
         out->ground_pixels += ground;
     }
 }

@@ -11,7 +11,6 @@
 
 #include "base/log.h"
 #include "base/memory.h"
-#include "geo/horizon.h"
 #include "geo/sun.h"
 #include "gpu/context.h"
 #include "render/params.h"
@@ -42,16 +41,11 @@ static status create_parts(perigee_view *v)
                         .texels = v->params.texels,
                         .upload_bytes_frame = v->params.upload_bytes_frame,
                         .update_samples_frame = v->params.update_samples_frame};
-    spherical_params g = {.rings = {.azimuth_steps = v->params.azimuth_steps,
-                                    .rings_per_level = v->params.rings_per_level,
-                                    .levels = v->params.levels},
-                          .identify = v->params.identify,
-                          .defines = defines,
-                          .any_level = v->params.transform != PERIGEE_TRANSFORM_STABLE};
+    geometry_params g = {.view = &v->params, .defines = defines};
     status s = windows_create(&w, &v->windows);
     if (!s) windows_fill_coarsest(v->windows, 5);
     v->scout = scout_create(v->planet->pyramid, v->pool);
-    if (!s) s = spherical_create(&g, &v->spherical);
+    if (!s) s = geometry_create(v->params.mode, &g, &v->geometry);
     if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex, v->params.identify);
     return s;
 }
@@ -78,7 +72,9 @@ perigee_status perigee_view_create(perigee_planet *planet, const perigee_view_pa
     frame_state_restore(&state);
     v->timer = gpu_timer_create();
     if (s) perigee_view_destroy(&v);
-    else v->stats.gpu_bytes = windows_gpu_bytes(v->windows) + spherical_gpu_bytes(v->spherical);
+    else
+        v->stats.gpu_bytes =
+            windows_gpu_bytes(v->windows) + v->geometry->mode->gpu_bytes(v->geometry);
     *out = v;
     return (perigee_status)s;
 }
@@ -89,7 +85,7 @@ void perigee_view_destroy(perigee_view **view)
     if (!v) return;
     scout_destroy(&v->scout);
     windows_destroy(&v->windows);
-    spherical_destroy(&v->spherical);
+    geometry_destroy(&v->geometry);
     frame_deinit(&v->frame);
     gpu_timer_destroy(&v->timer);
     pool_destroy(&v->pool);
@@ -187,13 +183,26 @@ static bool find_gaze(perigee_view *v, double aspect)
     return moved || now.distance != was.distance || now.nearest != was.nearest;
 }
 
-// The mesh ends where the rings of the fill keep the spacing, or with the rings whose 256 samples
-// across are no wider than a pixel.
-static int finest_rings(const perigee_view *v)
+static geometry_frame frame_of(const perigee_view *v)
 {
-    double spacing_px = v->params.ring_spacing_px > 0 ? v->params.ring_spacing_px : 4;
-    return projection_last_level(&v->projection, v->gaze.distance, 4 * CELL_FILL_RINGS * spacing_px,
-                                 v->params.levels);
+    const struct planet_meta *m = pyramid_meta(v->planet->pyramid);
+    return (geometry_frame){
+        .projection = &v->projection,
+        .windows = v->windows,
+        .gaze = v->gaze,
+        .view = projection_cell_view(&v->projection, m->height_min, m->height_max),
+        .first = v->first,
+        .last = v->last,
+    };
+}
+
+static void choose_levels(perigee_view *v)
+{
+    geometry_frame f = frame_of(v);
+    v->geometry->mode->levels(v->geometry, &f, &v->first, &v->last);
+    if (v->params.last_level) v->last = v->params.last_level;
+    if (v->params.first_level) v->first = v->params.first_level;
+    if (v->first > v->last) v->first = v->last;
 }
 
 // Samples finer than a pixel are not loaded.
@@ -225,10 +234,7 @@ status view_prepare(perigee_view *v, int width, int height)
     v->dirty = true;
     v->projection =
         projection_make(m->ellipsoid, &v->camera, v->gaze.lat, v->gaze.lon, width, height);
-    cell_view cells = projection_cell_view(&v->projection, m->height_min, m->height_max);
-    v->last = v->params.last_level ? v->params.last_level : finest_rings(v);
-    v->first = v->params.first_level ? v->params.first_level : projection_first_level(&cells);
-    if (v->first > v->last) v->first = v->last;
+    choose_levels(v);
     move_windows(v);
     return OK;
 }
@@ -249,7 +255,6 @@ static void fill_view_block(const perigee_view *v, struct view_block *b)
 
 void view_draw(perigee_view *v, double jitter_x, double jitter_y)
 {
-    const struct planet_meta *m = pyramid_meta(v->planet->pyramid);
     projection *p = &v->projection;
     p->jitter_x = jitter_x;
     p->jitter_y = jitter_y;
@@ -259,22 +264,14 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
     windows_fill_block(v->windows, &levels);
     frame_set_blocks(&v->frame, &view, &levels);
     bool heights_changed = windows_take_heights_changed(v->windows);
-    if (v->placed_dirty || heights_changed) spherical_invalidate(v->spherical);
+    if (v->placed_dirty || heights_changed) v->geometry->mode->invalidate(v->geometry);
     v->placed_dirty = false;
 
-    struct ring_draw rings = {
-        .view = projection_cell_view(p, m->height_min, m->height_max),
-        .sight = {m->ellipsoid.a, v->camera.position.height,
-                  geo_pixel_size(1, v->camera.fov_y, p->height), v->params.ring_spacing_px,
-                  v->gaze},
-        .first = v->first,
-        .last = v->last,
-        .cull = !v->params.no_cull,
-    };
-    struct spherical_counts counts = {0};
+    geometry_frame geometry = frame_of(v);
+    geometry_counts counts = {0};
     gpu_timer_begin(v->timer, 0);
     frame_begin_geometry(&v->frame, v->windows);
-    spherical_draw(v->spherical, v->windows, &rings, &counts);
+    v->geometry->mode->draw(v->geometry, &geometry, &counts);
     frame_shade(&v->frame, v->windows);
     gpu_timer_end(v->timer, 0);
     gpu_timer_frame(v->timer);

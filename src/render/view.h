@@ -4,10 +4,9 @@
 
 #include "gpu/timer.h"
 #include "render/frame.h"
+#include "render/geometry.h"
 #include "render/planet_handle.h"
-#include "render/projection.h"
 #include "render/scout.h"
-#include "render/spherical.h"
 
 struct perigee_view {
     perigee_planet *planet;
@@ -15,7 +14,7 @@ struct perigee_view {
     struct pool *pool;
     struct scout *scout;
     struct windows *windows;
-    struct spherical *spherical;
+    struct geometry *geometry;
     frame frame;
     struct gpu_timer *timer;
 

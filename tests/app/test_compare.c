@@ -267,7 +267,7 @@ static void test_faults(void **state)
     static const struct {
         const char *line, *words;
     } faults[] = {
-        {"compare hills.planet --a planar", "planar: neither a mode"},
+        {"compare hills.planet --a hexagonal", "hexagonal: neither a mode"},
         {"compare hills.planet --b photo.png", "photo.png: neither a mode"},
         {"compare --a missing.exr --b truth.exr", "missing.exr"},
         {"compare --a text.exr --b truth.exr", "text.exr: not an EXR"},

@@ -82,6 +82,7 @@ static void test_impossible_values(void **state)
         {{.threads = 100000}, "100000"}, {{.first_level = 22}, "22"},
         {{.last_level = 22}, "22"},      {{.levels = 25}, "25"},
         {{.rings_per_level = 3}, "3"},   {{.transform = 77}, "77"},
+        {{.mode = 77}, "mode: 77"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         perigee_view *none;

@@ -1,0 +1,33 @@
+#include "render/geometry.h"
+
+static const struct geometry_mode *const MODES[] = {
+    [PERIGEE_MODE_SPHERICAL] = &geometry_spherical,
+};
+
+enum { COUNT = sizeof MODES / sizeof *MODES };
+
+const struct geometry_mode *geometry_mode_find(enum perigee_mode mode)
+{
+    return (int)mode >= 0 && (int)mode < COUNT ? MODES[mode] : NULL;
+}
+
+const char *perigee_mode_name(enum perigee_mode mode)
+{
+    const struct geometry_mode *m = geometry_mode_find(mode);
+    return m ? m->name : NULL;
+}
+
+status geometry_create(enum perigee_mode mode, const geometry_params *params, struct geometry **out)
+{
+    const struct geometry_mode *m = geometry_mode_find(mode);
+    *out = NULL;
+    status s = m->create(params, out);
+    if (!s) (*out)->mode = m;
+    return s;
+}
+
+void geometry_destroy(struct geometry **geometry)
+{
+    if (*geometry) (*geometry)->mode->destroy(*geometry);
+    *geometry = NULL;
+}
