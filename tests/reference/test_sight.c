@@ -82,7 +82,7 @@ static void place(double lat, double lon, double height, dvec3 *eye)
 static struct field *make_field(field_sight sight, int zoom)
 {
     struct field *f;
-    const field_params params = {plain.pyramid, zoom, sight};
+    const field_params params = {.pyramid = plain.pyramid, .zoom = zoom, .sight = sight};
     assert_int_equal(field_create(&params, pool, &silent, &f), OK);
     return f;
 }
