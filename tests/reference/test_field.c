@@ -8,16 +8,15 @@
 
 #define RAD (M_PI / 180)
 
-enum { ZOOM = 2 };
-
 static const geo_ellipsoid sphere = {1e6, 1e6};
 
-// Places on borders: of two tiles at the equator; where rows of different widths meet (the samples
-// of tile rows 0 and 1 of zoom 2 lie twice as far apart in longitude in row 0); the antimeridian.
+// Places on borders: of two tiles at the equator; where rows of different widths meet (of zoom 3
+// the first tile row has samples twice as far apart in longitude as the second); the antimeridian.
 static const struct {
     const char *name;
+    int zoom;
     double lat, lon;
-} places[] = {{"equator", 0, 0}, {"width", 45, 22.5}, {"antimeridian", -20, 180}};
+} places[] = {{"equator", 2, 0, 0}, {"width", 3, 67.5, 22.5}, {"antimeridian", 2, -20, 180}};
 enum { PLACES = 3 };
 
 static int place;
@@ -47,9 +46,9 @@ static void measure_surface(bool bicubic, double *height, double *gradient)
     struct ground g;
     struct check_random r = {17};
     *height = *gradient = 0;
-    ground_open(&g, sphere, ZOOM, surface_sample);
+    ground_open(&g, sphere, places[place].zoom, surface_sample);
     g.bicubic = bicubic;
-    ground_look_from(&g, (double[]){1e9, 0, 1e8}, ZOOM);
+    ground_look_from(&g, (double[]){1e9, 0, 1e8}, places[place].zoom);
     for (int i = 0; i < 20000; i++) {
         double x = check_random_range(&r, -10, 10), y = check_random_range(&r, -10, 10);
         double lat = places[place].lat + y, lon = places[place].lon + x, want[2], got[2];
@@ -62,20 +61,21 @@ static void measure_surface(bool bicubic, double *height, double *gradient)
 }
 
 // The plane's samples are exact. The quadratic's, up to 256 m, are floats: each is off by up to
-// 7.7e-6 m, which weights whose magnitudes add up to 25/16 make 1.2e-5 m; a slope has 3/2 and 5/4
-// of the like, for samples 0.18 degrees apart, twice.
+// 7.7e-6 m, which weights whose magnitudes add up to 25/16 make 1.2e-5 m; a slope has 3/2 of the
+// difference of two, over the distance of samples, times 5/4.
 static void test_surfaces_are_exact(void **state)
 {
     (void)state;
+    assert_int_equal(grid_coalesce(3, 0), 2 * grid_coalesce(3, 1));
     for (place = 0; place < PLACES; place++) {
-        double height, gradient;
+        double height, gradient, step = 180.0 / (TILE_SIZE << places[place].zoom);
         for (int bicubic = 0; bicubic < 2; bicubic++) {
             curved = bicubic;
             measure_surface(bicubic, &height, &gradient);
             print_message("%s: %s: height %.2e m, slope %.2e m a degree\n", places[place].name,
                           curved ? "quadratic, bicubic" : "plane, bilinear", height, gradient);
             assert_true(height <= (curved ? 1.2e-5 : 1e-12));
-            assert_true(gradient <= (curved ? 1.7e-4 : 1e-12));
+            assert_true(gradient <= (curved ? 2.9e-5 / step : 1e-12));
         }
         curved = true;
         measure_surface(false, &height, &gradient); // what would pass if there were no difference
@@ -91,22 +91,22 @@ static float noise(int zoom, int64_t row, int64_t col)
     return (float)check_random_range(&r, -1000, 1000);
 }
 
-// On both sides of lines through samples slopes are the same, unless bilinear. Second differences
-// of 4000 m over (0.18 degrees)^2 change slopes by less than 1e-2 m a degree in 2e-8 degrees.
+// On both sides of lines through samples slopes are the same, unless bilinear. Bends of up to
+// 10^4 m over (0.09 degrees)^2 change slopes by less than 0.03 m a degree in 2e-8 degrees.
 static void check_creases(bool bicubic, int lines)
 {
     struct ground g;
     struct check_random r = {23};
     double worst = 0, least = INFINITY;
-    ground_open(&g, sphere, ZOOM, noise);
+    ground_open(&g, sphere, 3, noise);
     g.bicubic = bicubic;
-    ground_look_from(&g, (double[]){1e9, 0, 1e8}, ZOOM);
+    ground_look_from(&g, (double[]){1e9, 0, 1e8}, 3);
     for (int i = 0; i < lines; i++) {
-        int64_t row = (int64_t)check_random_range(&r, 30, 994), step = i % 3 ? 0 : 256;
-        if (step) row = row / 256 * 256; // the border of two tiles lies half a sample before
+        int64_t row = (int64_t)check_random_range(&r, 256, 2018);
+        if (i % 3 == 0) row = row / 256 * 256 - i % 2; // beside the border of two tiles
         double lat, lon, a[2], b[2];
         int64_t col = i % 5 ? (int64_t)check_random_range(&r, 0, 512) : 0;
-        ground_place(ZOOM, row, col, &lat, &lon);
+        ground_place(3, row, col, &lat, &lon);
         double y = lat / RAD, x = lon / RAD, off = check_random_range(&r, -1, 1), e = 1e-8;
         bool along = i % 2;
         if (along) x += off;
@@ -119,7 +119,7 @@ static void check_creases(bool bicubic, int lines)
     }
     print_message("%s: slopes jump by %.2e to %.2e m a degree\n", bicubic ? "bicubic" : "bilinear",
                   least, worst);
-    if (bicubic) assert_true(worst < 1e-2);
+    if (bicubic) assert_true(worst < 0.03);
     else assert_true(worst > 1e3);
     ground_close(&g);
 }
@@ -147,19 +147,19 @@ static bool before(dvec3 eye, double lat, double lon)
     return dvec3_dot(n, eye) > 0.1 * dvec3_length(eye);
 }
 
-static void check_boxes(const char *name, bool bicubic, ground_sample *sample)
+static void check_boxes(const char *name, bool bicubic, int zoom, ground_sample *sample)
 {
     static const dvec3 eyes[] = {{1e9, 0, 0}, {-1e9, 1e7, 0}, {0, 1e8, 1e9}, {1e7, 0, -1e9}};
     struct ground g;
     struct check_random r = {29};
-    oracle o = {sphere.a, sphere.b, ZOOM, sample, 0, 0, bicubic};
+    oracle o = {sphere.a, sphere.b, zoom, sample, 0, 0, bicubic};
     double low, high, closest = INFINITY;
     int tried = 0;
-    ground_open(&g, sphere, ZOOM, sample);
+    ground_open(&g, sphere, zoom, sample);
     g.bicubic = bicubic;
     for (int i = 0; i < 4000; i++) {
         dvec3 eye = eyes[i / 1000];
-        if (i % 1000 == 0) ground_look_from(&g, (double[]){eye.x, eye.y, eye.z}, ZOOM);
+        if (i % 1000 == 0) ground_look_from(&g, (double[]){eye.x, eye.y, eye.z}, zoom);
         field_range(g.field, &low, &high);
         field_box box = random_box(&r);
         double bound = field_max(g.field, &box);
@@ -191,12 +191,21 @@ static float crests(int zoom, int64_t row, int64_t col)
     return inner ? 1000 : -1000;
 }
 
+// Beside a lone deep sample a bicubic surface rises, also where none of the two by two samples
+// about a place says so; here those are in the next block of 4 by 4.
+static float pits(int zoom, int64_t row, int64_t col)
+{
+    (void)zoom;
+    return (row % 16 == 7 || row % 16 == 12) && (col % 16 == 7 || col % 16 == 12) ? -1000 : 0;
+}
+
 static void test_boxes_are_bounded(void **state)
 {
     (void)state;
-    check_boxes("noise, bilinear", false, noise);
-    check_boxes("noise, bicubic", true, noise);
-    check_boxes("crests, bicubic", true, crests);
+    check_boxes("noise, bilinear", false, 3, noise);
+    check_boxes("noise, bicubic", true, 3, noise);
+    check_boxes("crests, bicubic", true, 2, crests);
+    check_boxes("pits, bicubic", true, 2, pits);
 }
 
 // Parts of single patches: near the highest corner where they are small.
@@ -206,9 +215,9 @@ static void test_parts_are_bounded(void **state)
     struct ground g;
     struct check_random r = {31};
     double worst = 0;
-    ground_open(&g, sphere, ZOOM, noise);
+    ground_open(&g, sphere, 2, noise);
     g.bicubic = true;
-    ground_look_from(&g, (double[]){1e9, 0, 1e8}, ZOOM);
+    ground_look_from(&g, (double[]){1e9, 0, 1e8}, 2);
     for (int i = 0; i < 20000; i++) {
         double lat = check_random_range(&r, -80, 80), lon = check_random_range(&r, -180, 180);
         field_patch p = field_patch_at(&g.reader, lat, lon);
@@ -241,9 +250,9 @@ static void test_frames(void **state)
     static float height[SIDE * SIDE];
     static double lat[SIDE * SIDE], lon[SIDE * SIDE];
     struct ground g;
-    ground_open(&g, sphere, ZOOM, noise);
+    ground_open(&g, sphere, 2, noise);
     for (int bicubic = 0; bicubic < 2; bicubic++) {
-        oracle o = {sphere.a, sphere.b, ZOOM, noise, 0, 0, bicubic};
+        oracle o = {sphere.a, sphere.b, 2, noise, 0, 0, bicubic};
         reference_params p = {.pyramid = g.planet.pyramid,
                               .camera = {30, 50, 1e5, 20, -60, 0, 50},
                               .width = SIDE,

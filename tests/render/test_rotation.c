@@ -195,7 +195,10 @@ enum { TURNS = sizeof turns / sizeof *turns };
 
 static void keep_worst(struct difference *worst, const struct difference *d)
 {
+    worst->geometry_rms = fmax(worst->geometry_rms, d->geometry_rms);
     worst->geometry_worst = fmax(worst->geometry_worst, d->geometry_worst);
+    worst->worst = fmax(worst->worst, d->worst);
+    worst->pixels = d->pixels > worst->pixels ? d->pixels : worst->pixels;
     worst->rms = fmax(worst->rms, d->rms);
     worst->most_999 = fmax(worst->most_999, d->most_999);
     worst->limb = d->limb > worst->limb ? d->limb : worst->limb;
