@@ -84,6 +84,9 @@ PERIGEE_API bool perigee_planet_height_now(perigee_planet *planet, double lat_de
 // How vertices are placed. Data, streaming, shading and measures are the same in all modes.
 enum perigee_mode {
     PERIGEE_MODE_SPHERICAL, // concentric rings about the viewer (Clasen & Hege 2006); default
+    PERIGEE_MODE_PLANAR,    // nested squares of the map of longitude and latitude, wrapped onto the
+                            // planet: geometry clipmaps (Losasso & Hoppe 2004; Asirvatham & Hoppe
+                            // 2005). At odds with the poles
 };
 
 // As on the command line; NULL for a number that is no mode. Modes count from 0 without a gap.
@@ -117,6 +120,9 @@ typedef struct perigee_view_params {
                             // 0: by quality
     double ring_spacing_px; // rings and columns closer on the screen are left out; 0: by quality,
                             // < 0: none is
+    int planar_n;           // vertices across a square of the planar mode: 31, 63, 127, 255, 511 or
+                            // 1023, less than texels; 0: texels - 1
+    bool planar_packed;     // true: its heights in one number, whole metres (2005, 2.4.1); coarse
     int levels;             // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
     int first_level;        // coarsest level drawn; 0: by the horizon
     int last_level;         // finest level drawn; 0: by the pixel size
@@ -159,6 +165,8 @@ typedef struct perigee_stats {
         tiles_corrupt;
     size_t gpu_bytes;         // textures and geometry, fixed at creation
     size_t gpu_bytes_targets; // frame-sized buffers
+    bool map_edge;            // of the last frame, planar mode: a pole is in sight, where wrapping
+                              // the map fails and ground is drawn with the coarsest levels
     bool needs_redraw;        // data or a fade is still under way
 } perigee_stats;
 
@@ -208,7 +216,8 @@ PERIGEE_API perigee_status perigee_view_read_planes(perigee_view *view, perigee_
 typedef struct perigee_triangles {
     uint32_t *triangle; // 0: sky
     int *level;         // of the triangle's ring; last_level + 1: inside the finest ring; -1: sky
-    int *sector;        // of azimuth, 0 to 31 clockwise from north; -1: sky
+    int *sector;        // of azimuth, 0 to 31 clockwise from north; planar: the block, 0 to 15, or
+                        // another footprint, from 16 on; -1: sky
     // results
     uint64_t ground_pixels; // pixels that are not sky
     uint64_t visible;       // triangles that own a pixel

@@ -1,7 +1,7 @@
 // Places the vertices of the listed cells: static ring coordinates -> map -> height -> position relative to the camera.
 #include "lib/map.glsl"
 #include "lib/windows.glsl"
-#include "shared/position.glsl"
+#include "lib/place_frame.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -17,13 +17,6 @@ layout(location = 2) uniform uint fill_rows; // the fill's rings lie at 1 - j / 
 vec3 ring_of(uint vertex)
 {
     return vec3(ring[3u * vertex], ring[3u * vertex + 1u], ring[3u * vertex + 2u]);
-}
-
-place_frame place_frame_of_view()
-{
-    vec4 scale = view.place_scale, shape = view.place_shape, up = view.place_up, along = view.place_along;
-    return place_frame(scale.x, scale.y, scale.z, scale.w, shape.x, shape.y, shape.z, shape.w, up.x, up.y, up.z, up.w,
-                       along.x, along.y, along.z, along.w);
 }
 
 void main()

@@ -90,7 +90,7 @@ const struct option_spec option_table[] = {
      "where the sun stands: UTC as YYYY-MM-DDTHH:MM[:SS]Z, or noon: always day (default)"},
 
     {"a", 0, C, GROUP_COMPARE, TEXT(side_a, "SIDE"),
-     "what is judged: spherical (default), reference, or an .exr that render wrote"},
+     "what is judged: spherical (default) or another mode, reference, or an .exr that render wrote"},
     {"b", 0, C, GROUP_COMPARE, TEXT(side_b, "SIDE"), "what it is judged by (default reference)"},
 
     {"output", 'o', R | F | M | C | X, GROUP_OUTPUT, TEXT(output, "FILE"),
@@ -129,14 +129,17 @@ const struct option_spec option_table[] = {
      "show only what the data says, no synthesised detail"},
 
     {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"),
-     "spherical clipmap (default); render, fly: or reference, a ray caster in double precision"},
+     "spherical: rings (default); planar: nested squares of the map; render, fly: or reference, a ray caster in double "
+     "precision"},
+    {"planar-n", 0, V | R | F | C, GROUP_METHOD, INTEGER(view_params.planar_n, 31, 1023, "N"),
+     "planar: vertices across a square, 31, 63, 127, 255, 511 or 1023, less than --texels (default: one less)"},
+    {"planar-heights", 0, V | R | F | C, GROUP_METHOD, VALUE(option_planar_heights, "FORM"),
+     "planar: plain (default), or packed: whole metres and the coarser level's difference in one number"},
     {"zoom", 0, R | F | C, GROUP_METHOD, VALUE(option_zoom, "Z"),
      "of the reference: cast against heights of this zoom, 0..24, of the finest one stored, or auto: "
      "finer with nearness, by --zoom-error (default)"},
     {"zoom-error", 0, R | F | C, GROUP_METHOD, NUMBER(zoom_error_px, 1e-4, 100, "PX"),
      "with --zoom auto: how far the heights may be from endlessly refined ones, in pixels (default 0.05)"},
-    {"heights", 0, R | F | C, GROUP_METHOD, VALUE(option_heights, "NAME"),
-     "of the reference, between samples: bilinear (default) or bicubic, without creases"},
     {"quality", 0, V | R | F | C, GROUP_METHOD, VALUE(option_quality, "NAME"),
      "low, default, high or paper: 99.9 % of the pixels of 1280x960 at 90 degrees are within 2.5, 2.5, 0.9 or 5.5 pixels of the data"},
     {"error", 0, V | R | F | C, GROUP_METHOD, NUMBER(view_params.error_px, 0.01, 1000, "PX"),

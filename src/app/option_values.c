@@ -93,6 +93,15 @@ status option_transform(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+status option_planar_heights(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"plain", "packed"};
+    int found = find_name(value, names, 2);
+    if (found < 0) return refuse(name, value, "plain or packed");
+    o->view_params.planar_packed = found == 1;
+    return OK;
+}
+
 status option_quality(struct options *o, const char *name, const char *value)
 {
     static const char *const names[] = {"default", "low", "high", "paper"};
@@ -172,16 +181,6 @@ status option_zoom(struct options *o, const char *name, const char *value)
         return refuse(name, value, "auto, stored or a zoom, 0..24");
     o->zoom = (int)zoom;
     o->zoom_given = true;
-    return OK;
-}
-
-status option_heights(struct options *o, const char *name, const char *value)
-{
-    static const char *const names[] = {"bilinear", "bicubic"};
-    int found = find_name(value, names, 2);
-    if (found < 0) return refuse(name, value, "bilinear or bicubic");
-    o->bicubic = found == 1;
-    o->heights_given = true;
     return OK;
 }
 

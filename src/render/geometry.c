@@ -2,6 +2,7 @@
 
 static const struct geometry_mode *const MODES[] = {
     [PERIGEE_MODE_SPHERICAL] = &geometry_spherical,
+    [PERIGEE_MODE_PLANAR] = &geometry_planar,
 };
 
 enum { COUNT = sizeof MODES / sizeof *MODES };

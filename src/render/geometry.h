@@ -33,12 +33,14 @@ typedef struct geometry_frame {
     const struct windows *windows; // of the frame before while levels are chosen
     gaze gaze;
     cell_view view;  // frustum, with room for the jitter, and horizon
+    int finest;      // level up to which windows are loaded: the same in every mode
     int first, last; // levels; chosen by `levels` unless the user gave them
 } geometry_frame;
 
 typedef struct geometry_counts {
     uint64_t triangles_total; // before culling
     uint64_t triangles_drawn, vertices_placed, draws;
+    bool map_edge; // a place is in sight that the mode cannot draw as it should
 } geometry_counts;
 
 // What every geometry begins with.
@@ -56,7 +58,7 @@ struct geometry_mode {
     status (*create)(const geometry_params *params, struct geometry **out);
     void (*destroy)(struct geometry *geometry);
     size_t (*gpu_bytes)(const struct geometry *geometry); // all taken at creation
-    // The coarsest and finest level drawn; the windows are loaded up to the latter.
+    // The coarsest and finest level drawn.
     void (*levels)(const struct geometry *geometry, const geometry_frame *frame, int *first,
                    int *last);
     // What depends on the camera's position, the focus or the heights must be made again.
@@ -75,5 +77,6 @@ void geometry_destroy(struct geometry **geometry);
 
 // The rows.
 extern const struct geometry_mode geometry_spherical;
+extern const struct geometry_mode geometry_planar;
 
 #endif

@@ -226,15 +226,12 @@ static void invalidate(struct geometry *geometry)
     spherical_of(geometry)->epoch++;
 }
 
-// The mesh ends where the rings of the fill keep the spacing, or with the rings whose 256 samples
-// across are no wider than a pixel; it begins at the horizon.
+// The mesh begins at the horizon.
 static void choose_levels(const struct geometry *geometry, const geometry_frame *f, int *first,
                           int *last)
 {
-    const struct spherical *s = spherical_of_const(geometry);
-    double spacing_px = s->spacing_px > 0 ? s->spacing_px : 4;
-    *last = projection_last_level(f->projection, f->gaze.distance, 4 * CELL_FILL_RINGS * spacing_px,
-                                  s->rings.levels);
+    (void)geometry;
+    *last = f->finest;
     *first = projection_first_level(&f->view);
 }
 

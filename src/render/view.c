@@ -183,6 +183,15 @@ static bool find_gaze(perigee_view *v, double aspect)
     return moved || now.distance != was.distance || now.nearest != was.nearest;
 }
 
+// The rings, and in every mode the windows, end where the rings of the fill keep the spacing, or
+// with the rings whose 256 samples across are no wider than a pixel.
+static int finest_rings(const perigee_view *v)
+{
+    double spacing_px = v->params.ring_spacing_px > 0 ? v->params.ring_spacing_px : 4;
+    return projection_last_level(&v->projection, v->gaze.distance, 4 * CELL_FILL_RINGS * spacing_px,
+                                 v->params.levels);
+}
+
 static geometry_frame frame_of(const perigee_view *v)
 {
     const struct planet_meta *m = pyramid_meta(v->planet->pyramid);
@@ -191,6 +200,7 @@ static geometry_frame frame_of(const perigee_view *v)
         .windows = v->windows,
         .gaze = v->gaze,
         .view = projection_cell_view(&v->projection, m->height_min, m->height_max),
+        .finest = v->finest,
         .first = v->first,
         .last = v->last,
     };
@@ -198,6 +208,7 @@ static geometry_frame frame_of(const perigee_view *v)
 
 static void choose_levels(perigee_view *v)
 {
+    v->finest = v->params.last_level ? v->params.last_level : finest_rings(v);
     geometry_frame f = frame_of(v);
     v->geometry->mode->levels(v->geometry, &f, &v->first, &v->last);
     if (v->params.last_level) v->last = v->params.last_level;
@@ -212,7 +223,7 @@ static void move_windows(perigee_view *v)
     const int samples[2] = {v->params.texels, 256};
     for (int i = 0; i < 2; i++)
         enough[i] = projection_last_level(&v->projection, v->gaze.distance, samples[i],
-                                          v->last < 2 ? 3 : v->last + 1);
+                                          v->finest < 2 ? 3 : v->finest + 1);
     windows_move(v->windows, v->gaze.lat, v->gaze.lon, enough[0], enough[1]);
 }
 
@@ -280,6 +291,7 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
     v->stats.triangles_drawn = counts.triangles_drawn;
     v->stats.vertices_placed += counts.vertices_placed;
     v->stats.draws += counts.draws;
+    v->stats.map_edge = counts.map_edge;
 }
 
 void view_stream(perigee_view *v)

@@ -24,7 +24,7 @@ struct perigee_view {
 
     gaze gaze;             // of the last frame
     projection projection; // of the last frame, with `levels` of it
-    int first, last;
+    int first, last, finest;
     bool dirty;        // something but the windows changed since the last frame
     bool placed_dirty; // the camera moved since vertices were placed
     double clock_s;    // of the last frame

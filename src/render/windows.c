@@ -38,6 +38,7 @@ struct layer {
     GLuint texture;
     GLenum format, type;
     struct shown shown[CLIPMAP_MAX_LEVELS];
+    uint64_t version[CLIPMAP_MAX_LEVELS];
 };
 
 struct windows {
@@ -332,7 +333,11 @@ static bool advance_level(const struct layer *l, struct shown *s, int level, dou
 static bool advance_shown(struct layer *l, double dt_s)
 {
     bool changed = false;
-    for (int i = 0; i < l->levels; i++) changed |= advance_level(l, &l->shown[i], i, dt_s);
+    for (int i = 0; i < l->levels; i++) {
+        bool advanced = advance_level(l, &l->shown[i], i, dt_s);
+        l->version[i] += advanced;
+        changed |= advanced;
+    }
     return changed;
 }
 
@@ -378,6 +383,15 @@ bool windows_take_changed(struct windows *w)
     bool changed = w->changed;
     w->changed = false;
     return changed;
+}
+
+uint64_t windows_heights_version(const struct windows *w, int level)
+{
+    level -= w->shift;
+    if (level > w->last_height) level = w->last_height;
+    uint64_t sum = (uint64_t)(level < 0 ? 0 : level) << 48;
+    for (int i = 0; i <= level; i++) sum += w->height.version[i];
+    return sum;
 }
 
 bool windows_complete(const struct windows *w)
@@ -442,13 +456,21 @@ void windows_count(const struct windows *w, struct windows_counters *out)
     *out = (struct windows_counters){h.frame_samples + c.frame_samples, most, h.yielded, c.yielded};
 }
 
+// Where a level has nothing yet, the window that it is going to hold.
+static window held_of(const struct layer *l, int level)
+{
+    clipmap_level state = clipmap_level_state(l->clipmap, level);
+    bool empty = window_rect_empty(state.valid) || shown_empty(&l->shown[level]);
+    return empty ? state.window : state.held;
+}
+
 static void fill_level(const struct windows *w, const struct layer *l, int level, float map[4],
                        float torus[4], float valid[4])
 {
     clipmap_level state = clipmap_level_state(l->clipmap, level);
     const struct shown *s = &l->shown[level];
     bool empty = window_rect_empty(state.valid) || shown_empty(s);
-    window held = empty ? state.window : state.held;
+    window held = held_of(l, level);
     double row, col;
     window_coordinates(&l->shape, &held, w->lat, w->lon, &row, &col);
     int64_t row0 = held.rect.row0, col0 = held.rect.col0;
@@ -465,6 +487,16 @@ static void fill_level(const struct windows *w, const struct layer *l, int level
     bool circle = whole_circle(&held) && s->col1 - s->col0 == l->shape.cols;
     valid[2] = circle ? -1e9f : (float)(s->col0 - (double)col0);
     valid[3] = circle ? 1e9f : (float)(s->col1 - (double)col0);
+}
+
+window windows_held(const struct windows *w, int level)
+{
+    return held_of(&w->height, level);
+}
+
+window_shape windows_height_samples(const struct windows *w)
+{
+    return w->height.shape;
 }
 
 void windows_fill_block(const struct windows *w, struct levels_block *b)

@@ -57,6 +57,8 @@ size_t windows_pump(struct windows *w, double dt_s);
 // True when the heights (and so placed vertices), or anything, changed since the call before.
 bool windows_take_heights_changed(struct windows *w);
 bool windows_take_changed(struct windows *w);
+// A number that changes with what chain_height returns for a level of the rings.
+uint64_t windows_heights_version(const struct windows *w, int level);
 
 // Data is complete and no fade is under way.
 bool windows_settled(const struct windows *w);
@@ -66,6 +68,9 @@ bool windows_wait(struct windows *w, double timeout_s);
 int windows_missing(const struct windows *w, char *text, size_t size);
 
 void windows_count(const struct windows *w, struct windows_counters *out);
+// The window that a height level's texture holds, and its shape.
+window windows_held(const struct windows *w, int level);
+window_shape windows_height_samples(const struct windows *w);
 
 void windows_fill_block(const struct windows *w, struct levels_block *block);
 

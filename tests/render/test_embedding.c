@@ -78,11 +78,19 @@ static void test_impossible_values(void **state)
         perigee_view_params p;
         const char *says;
     } bad[] = {
-        {{.azimuth_steps = 100}, "100"}, {{.threads = -1}, "-1"},
-        {{.threads = 100000}, "100000"}, {{.first_level = 22}, "22"},
-        {{.last_level = 22}, "22"},      {{.levels = 25}, "25"},
-        {{.rings_per_level = 3}, "3"},   {{.transform = 77}, "77"},
+        {{.azimuth_steps = 100}, "100"},
+        {{.threads = -1}, "-1"},
+        {{.threads = 100000}, "100000"},
+        {{.first_level = 22}, "22"},
+        {{.last_level = 22}, "22"},
+        {{.levels = 25}, "25"},
+        {{.rings_per_level = 3}, "3"},
+        {{.transform = 77}, "77"},
         {{.mode = 77}, "mode: 77"},
+        {{.mode = PERIGEE_MODE_PLANAR, .planar_n = 64}, "across a square: 64"},
+        {{.mode = PERIGEE_MODE_PLANAR, .planar_n = 15}, "across a square: 15"},
+        {{.mode = PERIGEE_MODE_PLANAR, .planar_n = -1}, "across a square: -1"},
+        {{.mode = PERIGEE_MODE_PLANAR, .planar_n = 511}, "511, more than the windows' 256"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         perigee_view *none;

@@ -1,0 +1,36 @@
+// The elevation maps of a geometry clipmap (Asirvatham & Hoppe 2005, 2.2.1): for each vertex of
+// each level its height and that of the next coarser level's triangles, computed from the windows
+// when these or the square change. Main only.
+#ifndef PERIGEE_RENDER_PLANAR_ELEVATION_H
+#define PERIGEE_RENDER_PLANAR_ELEVATION_H
+
+#include <epoxy/gl.h>
+
+#include "geo/nest.h"
+#include "render/windows.h"
+
+struct planar_elevation;
+
+typedef struct planar_elevation_params {
+    int n, levels;
+    bool packed; // whole metres, and the coarser height's difference in the fraction (2005, 2.4.1)
+    const char *defines;
+} planar_elevation_params;
+
+// ERR_GPU.
+status planar_elevation_create(const planar_elevation_params *params,
+                               struct planar_elevation **out);
+void planar_elevation_destroy(struct planar_elevation **elevation);
+GLuint planar_elevation_texture(const struct planar_elevation *e);
+size_t planar_elevation_bytes(const struct planar_elevation *e);
+
+// Is all of the square there in its window, so that no vertex borrows a coarser height?
+bool planar_elevation_covered(const struct windows *w, const struct levels_block *block,
+                              const nest_square *square);
+
+// Brings the maps of levels first .. last up to date, coarse to fine (the uniform blocks and the
+// height windows are bound). Returns the number of vertices computed.
+uint64_t planar_elevation_update(struct planar_elevation *e, const struct windows *w,
+                                 const nest_square *squares, int first, int last);
+
+#endif

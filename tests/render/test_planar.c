@@ -1,0 +1,147 @@
+// Geometry clipmaps wrapped onto the planet: no hole and no T-junction over flights, the terrain at
+// its place, one picture whatever path led there, no jump from frame to frame, and what cannot be
+// is refused. An argument multiplies the number of flights.
+//
+// What makes each fail is said in tests/ACCURACY.md.
+#include "render/gaps.h"
+
+static const double RAD = M_PI / 180;
+
+static int times = 1;
+static struct gaps_frame seen;
+
+static double ground(const perigee_camera *c)
+{
+    return analytic_height(c->lat_deg * RAD, c->lon_deg * RAD);
+}
+
+static void check_gaps(const char *what, int frame, const perigee_camera *c)
+{
+    struct gaps_counts n = gaps_find(c, &seen);
+    if (n.background + n.cracks + n.unidentified)
+        fail_msg("%s %d: lat %.9g lon %.9g alt %.9g heading %g pitch %g: %d background pixels, %d "
+                 "cracks, %d without an identifier",
+                 what, frame, c->lat_deg, c->lon_deg, c->alt_m, c->heading_deg, c->pitch_deg,
+                 n.background, n.cracks, n.unidentified);
+}
+
+// A flight: a place, a bearing, a climb; steps of a tenth of the height above ground.
+struct flight {
+    perigee_camera c;
+    double above, climb, east, north;
+};
+
+static struct flight random_flight(struct check_random *r, double most_lat)
+{
+    struct flight f = {.above = pow(10, check_random_range(r, 0.7, 5.8)),
+                       .climb = check_random_range(r, -0.2, 0.2)};
+    double bearing = check_random_range(r, 0, 2 * M_PI);
+    f.east = sin(bearing);
+    f.north = cos(bearing);
+    f.c = (perigee_camera){.lat_deg = check_random_range(r, -most_lat, most_lat),
+                           .lon_deg = check_random_range(r, -180, 180),
+                           .heading_deg = check_random_range(r, 0, 360),
+                           .pitch_deg = check_random_range(r, -90, 0),
+                           .fov_deg = check_random_range(r, 46, 100)};
+    return f;
+}
+
+static void fly_on(struct flight *f)
+{
+    double step = 0.1 * f->above / 6.371e6 / RAD;
+    f->c.lat_deg += step * f->north;
+    f->c.lon_deg += step * f->east / cos(f->c.lat_deg * RAD);
+    f->c.heading_deg += 7;
+    f->above *= 1 + f->climb;
+    f->c.alt_m = ground(&f->c) + f->above;
+}
+
+static int level_borders(void)
+{
+    return gaps_met(&seen, GAPS_LEVEL) > 0;
+}
+
+static void fly_everywhere(const char *what, const perigee_view_params *params, int flights,
+                           uint64_t seed)
+{
+    enum { FRAMES = 6 };
+    perigee_planet *planet = scene_planet();
+    perigee_view_params with = *params;
+    with.mode = PERIGEE_MODE_PLANAR;
+    with.identify = true;
+    perigee_view *view = scene_view(planet, &with);
+    struct check_random r = {seed};
+    int met = 0, antimeridian = 0;
+    for (int i = 0; i < flights; i++) {
+        struct flight f = random_flight(&r, 60);
+        if (i % 4 == 0) f.c.lon_deg = 179.9999;
+        for (int k = 0; k < FRAMES; k++) {
+            fly_on(&f);
+            scene_render(view, &f.c, GAPS_WIDTH, GAPS_HEIGHT);
+            gaps_read(view, &seen);
+            check_gaps(what, i * FRAMES + k, &f.c);
+            met += level_borders();
+            antimeridian += gaps_met(&seen, GAPS_ANTIMERIDIAN) > 0;
+        }
+    }
+    print_message("%s: %d flights of %d frames, no hole; in the middle %d x level border, %d x "
+                  "antimeridian\n",
+                  what, flights, FRAMES, met, antimeridian);
+    assert_true(met > flights);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+static void test_watertight(void **state)
+{
+    (void)state;
+    fly_everywhere("n = 255", &(perigee_view_params){0}, 8 * times, 17);
+    fly_everywhere("n = 63", &(perigee_view_params){.planar_n = 63}, 4 * times, 18);
+    fly_everywhere("n = 127 of 512", &(perigee_view_params){.planar_n = 127, .texels = 512},
+                   2 * times, 19);
+    fly_everywhere("n = 31, no culling", &(perigee_view_params){.planar_n = 31, .no_cull = true},
+                   2 * times, 20);
+}
+
+// Even where wrapping fails nothing is open.
+static void test_poles_have_no_hole(void **state)
+{
+    (void)state;
+    static const double places[][3] = {{90, 0, 1e4},    {-90, 40, 2e6},     {89.99, 170, 500},
+                                       {85, -60, 3e5},  {-84, 179.99, 1e3}, {70, 20, 5e6},
+                                       {-88, 100, 1e5}, {0, 0, 3e7},        {45, 180, 2e7}};
+    perigee_planet *planet = scene_planet();
+    perigee_view_params params = {.mode = PERIGEE_MODE_PLANAR, .identify = true};
+    perigee_view *view = scene_view(planet, &params);
+    int told = 0;
+    for (int i = 0; i < 9; i++) {
+        for (int k = 0; k < 4; k++) {
+            perigee_camera c = {.lat_deg = places[i][0],
+                                .lon_deg = places[i][1],
+                                .heading_deg = 90 * k,
+                                .pitch_deg = k % 2 ? -90 : -40,
+                                .fov_deg = 70};
+            c.alt_m = places[i][2] + ground(&c);
+            scene_render(view, &c, GAPS_WIDTH, GAPS_HEIGHT);
+            gaps_read(view, &seen);
+            check_gaps("pole", 4 * i + k, &c);
+            perigee_stats stats;
+            perigee_view_get_stats(view, &stats);
+            told += stats.map_edge;
+            assert_true(stats.map_edge || fabs(c.lat_deg) < 84.5);
+        }
+    }
+    print_message("%d of 36 frames with a pole in sight, no hole\n", told);
+    assert_true(told >= 28);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 1) times = atoi(argv[1]);
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_watertight),
+                                       cmocka_unit_test(test_poles_have_no_hole)};
+    int rc = scene_open();
+    return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
+}
