@@ -51,6 +51,7 @@ typedef struct perigee_layer {
 typedef struct perigee_planet_params {
     size_t cache_bytes;          // memory for decoded tiles; 0: 256 MiB
     bool no_synthesis;           // true: only what the data says
+    bool plain_synthesis;        // below the data noise without direction, not eroded ground
     const perigee_layer *layers; // over the ground, lowest first; borrowed until the planet is open
     int layer_count;             // up to 15
     const char *tile_cache;      // file that keeps tiles of servers; NULL: none is kept

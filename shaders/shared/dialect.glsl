@@ -6,6 +6,7 @@
 //   SHARED void SHARED_NAME(split)(real x, OUT(real) y)  an output, written as SET(y) = x;
 //   SHARED_NAME(split)(x, REF(y))                        and received into a local variable
 //   struct SHARED_NAME(pair) { real a, b; };             a type, named TYPE(pair)
+//   UINT, UINT_OF(x), INT(x)                             whole numbers of 32 bits: the type, and casts
 //   LEADING_BITS(x)                                      x cut to 12 bits in float; x itself in double
 #ifndef SHARED_DIALECT
 #define SHARED_DIALECT
@@ -19,6 +20,9 @@
 #define SET(n)         n
 #define REF(n)         n
 #define REAL(x)        float(x)
+#define UINT           uint
+#define UINT_OF(x)     uint(x)
+#define INT(x)         int(x)
 #define ATAN2(y, x)    atan(y, x)
 #define TYPE(t)        t
 #define LEADING_BITS(x) uintBitsToFloat(floatBitsToUint(x) & 0xfffff000u)
@@ -30,6 +34,9 @@
 #define SET(n)      (*(n))
 #define REF(n)      (&(n))
 #define REAL(x)     ((real)(x))
+#define UINT        uint32_t
+#define UINT_OF(x)  ((uint32_t)(x))
+#define INT(x)      ((int32_t)(x))
 #define ATAN2(y, x) ((real)atan2(y, x))
 #define TYPE(t)     struct SHARED_NAME(t)
 #define LEADING_BITS(x) SHARED_NAME(leading_bits)(x)

@@ -126,7 +126,9 @@ const struct option_spec option_table[] = {
     {"tile-cache-bytes", 0, V | R | F, GROUP_DATA, VALUE(option_tile_bytes, "N[K|M|G]"),
      "how much is kept there; what was not used for longest goes first (default 1G)"},
     {"no-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(planet_params.no_synthesis),
-     "show only what the data says, no synthesised detail"},
+     "the same as --synthesis none: only what the data says"},
+    {"synthesis", 0, V | R | F | C, GROUP_DATA, VALUE(option_synthesis, "eroded|plain|none"),
+     "detail below the data: ridges and gullies (default), plain noise, or none"},
 
     {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"),
      "spherical: rings (default); planar: nested squares of the map; render, fly: or reference, a ray caster in double "

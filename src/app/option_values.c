@@ -172,6 +172,16 @@ status option_mode(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+status option_synthesis(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"eroded", "plain", "none"};
+    int found = find_name(value, names, 3);
+    if (found < 0) return refuse(name, value, "eroded, plain or none");
+    o->planet_params.plain_synthesis = found == 1;
+    o->planet_params.no_synthesis = found == 2;
+    return OK;
+}
+
 status option_zoom(struct options *o, const char *name, const char *value)
 {
     static const char *const names[] = {"auto", "stored"};

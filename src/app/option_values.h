@@ -24,6 +24,7 @@ status option_texels(struct options *o, const char *name, const char *value);
 status option_filter(struct options *o, const char *name, const char *value);
 status option_texcoord(struct options *o, const char *name, const char *value);
 status option_mode(struct options *o, const char *name, const char *value);
+status option_synthesis(struct options *o, const char *name, const char *value);
 status option_zoom(struct options *o, const char *name, const char *value);
 status option_levels(struct options *o, const char *name, const char *value);
 status option_azimuth_steps(struct options *o, const char *name, const char *value);

@@ -15,7 +15,9 @@ status reference_source_init(struct reference_source *s, const struct options *o
     *s = (struct reference_source){.options = o};
     char earth[OUTPUT_PATH_SIZE];
     pyramid_params tiles = {.cache_bytes = o->planet_params.cache_bytes,
-                            .synthesis = !o->planet_params.no_synthesis};
+                            .synthesis = o->planet_params.no_synthesis      ? SYNTHESIS_NONE
+                                         : o->planet_params.plain_synthesis ? SYNTHESIS_PLAIN
+                                                                            : SYNTHESIS_ERODED};
     status failed = o->planet ? OK : default_earth_find(o, earth, sizeof earth);
     if (!failed) failed = planet_file_open(o->planet ? o->planet : earth, &s->file);
     if (!failed) failed = pyramid_create(s->file, &tiles, &s->pyramid);

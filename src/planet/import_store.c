@@ -281,7 +281,7 @@ status import_store_join(struct import_store *store, const char *path, struct pl
     if (!s && store->base_path) s = add_head(&h, store->base_path);
     if (!s) s = planet_writer_open_bulk(path, store->fingerprint, &w);
     if (!s) s = join_rows(&h, w, progress, user, tiles);
-    if (!s) s = planet_measure_gain(w, &meta->synthesis_gain);
+    if (!s) s = planet_measure_gain(w, meta->ellipsoid.a, &meta->synthesis_gain);
     if (!s) s = planet_writer_finish(w, meta);
     planet_writer_close(&w);
     for (int i = 0; i < h.count; i++) planet_part_close(&h.parts[i]);

@@ -1,21 +1,22 @@
 // Every tile of the planet at every zoom, whether stored or not, through one bounded cache.
 // A tile that is not stored, is corrupt, or lies below the data comes from its parent: upsampled by
-// the four-point filter and, for heights when synthesis is on, given a fractal residual that
-// depends on place and zoom only. Samples a stored tile marks as NaN are filled the same way. At
-// zoom 0 what is missing is height 0, a grey ground and no light. Any thread. A tile's samples are
-// the same whatever was asked before, by whom, and in which order.
+// the four-point filter and, for heights when synthesis is on, given a residual that depends
+// on place and zoom only (synthesis.h). Samples a stored tile marks as NaN are filled the same way.
+// At zoom 0 what is missing is height 0, a grey ground and no light. Any thread. A tile's samples
+// are the same whatever was asked before, by whom, and in which order.
 #ifndef PERIGEE_PLANET_PYRAMID_H
 #define PERIGEE_PLANET_PYRAMID_H
 
 #include <stdint.h>
 
 #include "planet/source.h"
+#include "planet/synthesis.h"
 
 struct pyramid;
 
 typedef struct pyramid_params {
-    size_t cache_bytes; // bound of all tiles held, at least 16 MiB; 0: 256 MiB
-    bool synthesis;     // fractal detail below the data
+    size_t cache_bytes;       // bound of all tiles held, at least 16 MiB; 0: 256 MiB
+    enum synthesis synthesis; // detail below the data
 } pyramid_params;
 
 // One tile held in the cache: heights (LAYER_HEIGHT) or RGBA (LAYER_COLOR: sRGB-encoded R, G, B,

@@ -83,43 +83,6 @@ static bool synthesises(const struct pyramid *p)
     return p->synthesis && p->own.synthesis_gain > 0.0;
 }
 
-// What synthesis needs for all rows of a region.
-struct residual {
-    float *amplitude; // at the parent's samples; NULL: no residual
-    double cos_lon[REGION_MAX_COLS], sin_lon[REGION_MAX_COLS];
-};
-
-static status residual_init(const struct pyramid *p, struct residual *residual,
-                            const region *parent, const region *child)
-{
-    residual->amplitude = NULL;
-    if (!synthesises(p)) return OK;
-    residual->amplitude =
-        malloc(sizeof *residual->amplitude * (size_t)parent->rows * (size_t)parent->cols);
-    if (!residual->amplitude) return ERR_MEMORY;
-    synthesis_relief(parent, residual->amplitude);
-    synthesis_amplitude(parent, p->own.synthesis_gain, p->own.max_zoom[LAYER_HEIGHT],
-                        p->own.ellipsoid.a, residual->amplitude);
-    synthesis_columns(child, residual->cos_lon, residual->sin_lon);
-    return OK;
-}
-
-static void add_residual(const struct residual *residual, const region *parent, const region *child,
-                         int row, const bool *flat, float *out)
-{
-    float share[REGION_MAX_COLS], noise[REGION_MAX_COLS];
-    bool any = false;
-    upsample_linear_row(parent, residual->amplitude, child, row, share);
-    for (int i = 0; i < child->cols; i++) {
-        share[i] = flat[i] || !(share[i] > 0.0f) ? 0.0f : share[i];
-        any |= share[i] > 0.0f;
-    }
-    if (!any) return;
-    synthesis_noise(residual->cos_lon, residual->sin_lon, child->cols, child->zoom,
-                    grid_lat(child->zoom, child->row + row), noise);
-    for (int i = 0; i < child->cols; i++) out[i] += share[i] * noise[i];
-}
-
 static float to_byte(float v)
 {
     return v <= 0.0f ? 0.0f : v >= 255.0f ? 255.0f : (float)(int)(v + 0.5f);
@@ -130,16 +93,23 @@ static status make_region(void *user, const region *parent, const region *child)
 {
     const struct pyramid *p = ((struct making *)user)->pyramid;
     bool heights = child->layer == LAYER_HEIGHT, flat[REGION_MAX_COLS];
-    struct residual residual;
-    status s = heights ? residual_init(p, &residual, parent, child) : OK;
+    synthesis_columns columns;
+    synthesis_ground ground = {0};
+    status s = OK;
+    if (heights && synthesises(p)) {
+        s = synthesis_ground_create(parent, p->synthesis, p->own.synthesis_gain,
+                                    p->own.max_zoom[LAYER_HEIGHT], p->own.ellipsoid.a, &ground);
+        synthesis_columns_of(child, &columns);
+    }
     for (int row = 0; !s && row < child->rows; row++) {
         float *out = child->data + (size_t)row * (size_t)child->stride;
         upsample_child_row(parent, child, row, out, flat);
         if (!heights)
             for (int i = 0; i < 4 * child->cols; i++) out[i] = to_byte(out[i]);
-        else if (residual.amplitude) add_residual(&residual, parent, child, row, flat, out);
+        else if (ground.amplitude)
+            synthesis_add_row(&ground, &columns, parent, child, row, flat, out);
     }
-    if (heights) free(residual.amplitude);
+    synthesis_ground_destroy(&ground);
     return s;
 }
 
@@ -185,7 +155,7 @@ static status make_missing(struct making *m, tile_id id, float *samples)
         }
     }
     region tile = region_of_tile(id, heights ? 1 : 4, samples);
-    region_source source = {m, fetch_block, make_region};
+    region_source source = {m, fetch_block, make_region, heights && synthesises(p)};
     if (heights && synthesises(p)) p->synthesised++;
     else p->upsampled++;
     return region_make(&source, &tile);

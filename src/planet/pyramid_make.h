@@ -6,6 +6,7 @@
 #include <stdatomic.h>
 
 #include "planet/cache.h"
+#include "planet/synthesis.h"
 
 enum { PYRAMID_SAMPLES = TILE_SIZE * TILE_SIZE };
 
@@ -13,7 +14,7 @@ struct pyramid {
     struct source *source;
     bool owned; // the source
     bool over;  // lies on others: has no ground of its own, and coverage where they have light
-    bool synthesis;
+    enum synthesis synthesis;
     struct planet_meta own, meta; // of this source; of the whole stack
     struct cache *cache;
     atomic_uint_fast64_t decoded, synthesised, upsampled;

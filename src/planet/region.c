@@ -151,6 +151,17 @@ static void shrink_row(const float *src, int channels, int cols, float *out)
         }
 }
 
+// Beside a cliff the filter undershoots the four samples it weighs.
+static void keep_floor(const float *src, bool narrow, int odd, int cols, float *out)
+{
+    for (int k = 0; k < cols; k++) {
+        int fine = k + odd;
+        const float *s = src + (narrow ? 2 * k : fine / 2 + fine % 2);
+        float a = s[0] < s[1] ? s[0] : s[1], b = s[2] < s[3] ? s[2] : s[3], least = a < b ? a : b;
+        out[k] = out[k] < least ? least : out[k];
+    }
+}
+
 // Rows of one tile row whose width is not r's: half or double.
 static status fill_resampled(const region_source *source, const region *r, int coalesce)
 {
@@ -168,6 +179,7 @@ static status fill_resampled(const region_source *source, const region *r, int c
         float *out = r->data + (size_t)y * (size_t)r->stride;
         if (narrow) shrink_row(in, r->channels, r->cols, out);
         else upsample_row(in, r->channels, odd, r->cols, out);
+        if (source->floored) keep_floor(in, narrow, odd, r->cols, out);
     }
     free(band.data);
     return s;

@@ -45,6 +45,8 @@ typedef struct region_source {
     status (*fetch)(void *user, const region_block *block, bool stored, bool *found);
     // Makes `child`, which lies in one or two tile rows of one width, from the samples around it.
     status (*make)(void *user, const region *parent, const region *child);
+    // Of one channel: rows brought to other columns stay no lower than what they are made of.
+    bool floored;
 } region_source;
 
 // All of one tile, into or from `data`.

@@ -1,5 +1,8 @@
-// Fractal detail below the data: what one zoom adds to the upsampled zoom before it. It is noise,
-// one octave a zoom, times the local relief of the parent, and depends on place and zoom only.
+// Detail below the data: what one zoom adds to the upsampled zoom before it. One octave a zoom, as
+// strong as the parent's own relief says, depending on place and zoom only. Plain: noise without
+// direction. Eroded: ridges and gullies sharpen, and stripes run down the slopes of the parent,
+// which has the gullies of all zooms before, so that they branch. The arithmetic of one sample is
+// shaders/shared/synthesis.glsl.
 #ifndef PERIGEE_PLANET_SYNTHESIS_H
 #define PERIGEE_PLANET_SYNTHESIS_H
 
@@ -10,32 +13,58 @@
 #define SYNTHESIS_GAIN_MIN 0.02
 #define SYNTHESIS_GAIN_MAX 0.6
 
-// Gradient noise on the unit sphere of geodetic latitude, mean 0, rms 1, of a cell twice the sample
-// spacing of `zoom` in latitude, at `count` points of latitude `lat` whose longitudes have the
-// given cosines and sines. C1.
-//   error   rms within 0.011 of 1, mean within 0.015 of 0 over a tile
-//   (tests/planet/test_synthesis.c) source  Perlin 1985, "An image synthesizer", with hashed
-//   lattice gradients
-void synthesis_noise(const double *cos_lon, const double *sin_lon, int count, int zoom, double lat,
-                     float *out);
+enum synthesis { SYNTHESIS_NONE, SYNTHESIS_ERODED, SYNTHESIS_PLAIN };
 
-// Cosines and sines of a region's columns.
-void synthesis_columns(const region *r, double *cos_lon, double *sin_lon);
+// What the noise needs for all rows of a region: cosines and sines of its columns.
+typedef struct synthesis_columns {
+    double cos_lon[REGION_MAX_COLS], sin_lon[REGION_MAX_COLS];
+} synthesis_columns;
+
+void synthesis_columns_of(const region *r, synthesis_columns *out);
+
+// Gradient noise on the unit sphere of geodetic latitude, mean 0, rms 1, of a cell twice the sample
+// spacing of `zoom` in latitude, at `count` points of latitude `lat`. C1.
+//   error   rms within 0.011 of 1, mean within 0.015 of 0 over a tile
+//   (tests/planet/test_synthesis.c)
+void synthesis_noise(const synthesis_columns *columns, int count, int zoom, double lat, float *out);
+
+// Stripes of a cell four times the sample spacing. east, north: components of the wave vector,
+// cycles a cell, as synthesis_ground has them.
+void synthesis_stripes(const synthesis_columns *columns, int count, int zoom, double lat,
+                       const float *east, const float *north, float *out);
+
+// How the parent's ground shapes the residual: fields at the parent's samples, rows x cols, whose
+// outermost rows and columns are 0 and not meant.
+typedef struct synthesis_ground {
+    float *amplitude;    // rms of the residual, m; 0 exactly where the ground is level
+    float *bend;         // mean of the neighbours less the sample, m
+    float *east, *north; // wave vector of the stripes, cycles a cell, along the contour line
+} synthesis_ground;
+
+// `gain` is planet_meta.synthesis_gain, used at the first zoom below the data and falling quickly
+// to a steady one; `data_zoom` the finest zoom of all data; radius in metres. ERR_MEMORY. Plain
+// noise has no bend and no wave vector: NULL.
+status synthesis_ground_create(const region *parent, enum synthesis kind, double gain,
+                               int data_zoom, double radius, synthesis_ground *out);
+void synthesis_ground_destroy(synthesis_ground *ground);
+
+// Adds the residual to a row of the child, upsampled. Samples that are `flat` or NaN stay as they
+// are; no other becomes lower than the lowest of the parent's 4 x 4 samples around it.
+void synthesis_add_row(const synthesis_ground *ground, const synthesis_columns *columns,
+                       const region *parent, const region *child, int row, const bool *flat,
+                       float *out);
 
 // Local relief of a region of heights: rms difference of neighbouring samples over 3 x 3 of them,
-// in metres a sample of the latitude spacing; 0 exactly where they are equal. `relief`: rows x
-// cols; its outermost rows and columns are 0 and not meant.
+// in metres a sample of the latitude spacing; 0 exactly where they are equal.
 void synthesis_relief(const region *r, float *relief);
 
-// Relief to amplitude of the residual that the next zoom adds, in place. `gain` is
-// planet_meta.synthesis_gain, used at the first zoom below the data and, where it is large, falling
-// quickly to a steady one, so that slopes do not grow without end; `data_zoom` the finest zoom of
-// all data, `radius` in metres.
-void synthesis_amplitude(const region *r, double gain, int data_zoom, double radius, float *relief);
+// Relief as far as the residual follows it, in place: what the gain is a share of.
+void synthesis_temper(const region *r, double radius, float *relief);
 
 // Measures planet_meta.synthesis_gain on the finest three zooms of heights: rms of what tiles hold
-// beyond their upsampled parents, over the rms of the parents' relief, within the range above; 0
-// where there is nothing to measure. Reads at most 64 tiles a zoom and their parents.
-status planet_measure_gain(struct planet_writer *writer, double *gain);
+// beyond their upsampled parents, over the rms of the parents' tempered relief, within the range
+// above; 0 where there is nothing to measure. Reads at most 64 tiles a zoom and their parents.
+// radius: of the body, metres.
+status planet_measure_gain(struct planet_writer *writer, double radius, double *gain);
 
 #endif

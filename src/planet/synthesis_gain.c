@@ -12,7 +12,7 @@ enum { TILES_A_ZOOM = 64, SAMPLES = TILE_SIZE * TILE_SIZE };
 struct measure {
     struct planet_writer *writer;
     float *child, *parent, *around, *relief;
-    double residual2, relief2;
+    double radius, residual2, relief2;
 };
 
 static status read_heights(struct planet_writer *writer, tile_id id, float *heights)
@@ -48,6 +48,7 @@ static region around_child(const struct measure *m, const region *child, tile_id
 static void measure_child(struct measure *m, const region *around, const region *child)
 {
     synthesis_relief(around, m->relief);
+    synthesis_temper(around, m->radius, m->relief);
     for (int row = 0; row < TILE_SIZE; row++) {
         float up[TILE_SIZE], relief[TILE_SIZE];
         bool flat[TILE_SIZE];
@@ -74,10 +75,11 @@ static status measure_tile(struct measure *m, tile_id id)
     return OK;
 }
 
-status planet_measure_gain(struct planet_writer *writer, double *gain)
+status planet_measure_gain(struct planet_writer *writer, double radius, double *gain)
 {
     *gain = 0.0;
     struct measure m = {.writer = writer,
+                        .radius = radius,
                         .child = NEW_ARRAY(float, SAMPLES),
                         .parent = NEW_ARRAY(float, SAMPLES),
                         .around = NEW_ARRAY(float, SAMPLES * 2),

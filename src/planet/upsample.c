@@ -2,6 +2,7 @@
 #include "planet/upsample.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 // Weights by increasing place of the sample, for a point a quarter sample before the third, and
@@ -113,5 +114,28 @@ void upsample_linear_row(const region *parent, const float *field, const region 
         int west = west_of(child, false, i);
         float east = (i + child->col) & 1 ? 0.25f : 0.75f;
         out[i] = (1.0f - east) * rows[west] + east * rows[west + 1];
+    }
+}
+
+static float lesser(float a, float b)
+{
+    return b < a ? b : a;
+}
+
+void upsample_least_row(const region *parent, const region *child, int row, float *out)
+{
+    float least[REGION_MAX_COLS], pairs[REGION_MAX_COLS];
+    size_t n = (size_t)parent->stride;
+    const float *s = taps_of(parent, parent->data, parent->stride, child, row).first;
+    bool same = same_columns(parent, child);
+    for (size_t i = 0; i < n; i++) {
+        float a = lesser(INFINITY, s[i]), b = lesser(INFINITY, s[i + n]);
+        a = lesser(a, s[i + 2 * n]);
+        least[i] = lesser(lesser(a, b), s[i + 3 * n]);
+    }
+    for (size_t i = 0; i + 1 < n; i++) pairs[i] = lesser(least[i], least[i + 1]);
+    for (int i = 0; i < child->cols; i++) {
+        int west = west_of(child, same, i);
+        out[i] = lesser(pairs[west - 1], same ? pairs[west] : pairs[west + 1]);
     }
 }

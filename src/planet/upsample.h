@@ -23,4 +23,8 @@ void upsample_child_row(const region *parent, const region *child, int row, floa
 void upsample_linear_row(const region *parent, const float *field, const region *child, int row,
                          float *out);
 
+// The lowest of the 4 x 4 parent samples around each sample of the row (4 x 3 where the grids share
+// their longitudes); NaN is passed over.
+void upsample_least_row(const region *parent, const region *child, int row, float *out);
+
 #endif

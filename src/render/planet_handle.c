@@ -48,7 +48,10 @@ perigee_status perigee_planet_open(const char *path, const perigee_planet_params
     static const perigee_planet_params none;
     if (!params) params = &none;
     perigee_planet *p = NEW(perigee_planet);
-    pyramid_params tiles = {.synthesis = !params->no_synthesis, .cache_bytes = params->cache_bytes};
+    pyramid_params tiles = {.synthesis = params->no_synthesis      ? SYNTHESIS_NONE
+                                         : params->plain_synthesis ? SYNTHESIS_PLAIN
+                                                                   : SYNTHESIS_ERODED,
+                            .cache_bytes = params->cache_bytes};
     source_set_params sources = {.disk_path = params->tile_cache,
                                  .disk_bytes = params->tile_cache_bytes};
     p->sources = source_set_create(&sources);

@@ -114,7 +114,7 @@ float fixture_rough_height(tile_id id, int row, int col, double lat, double lon)
     return h > 0.0 ? (float)h : 0.0f;
 }
 
-opened fixture_open(const fixture *f, size_t cache_bytes, bool synthesis)
+opened fixture_open(const fixture *f, size_t cache_bytes, enum synthesis synthesis)
 {
     opened o = {0};
     pyramid_params params = {.cache_bytes = cache_bytes, .synthesis = synthesis};

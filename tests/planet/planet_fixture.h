@@ -44,7 +44,7 @@ typedef struct opened {
     struct pyramid *pyramid;
 } opened;
 
-opened fixture_open(const fixture *f, size_t cache_bytes, bool synthesis);
+opened fixture_open(const fixture *f, size_t cache_bytes, enum synthesis synthesis);
 void fixture_close(opened *o);
 
 // Acquires and releases; every failure fails the test.

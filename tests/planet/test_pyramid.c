@@ -102,14 +102,15 @@ static void order_and_threads_do_not_matter(void **state)
 {
     (void)state;
     static struct walker first, walkers[4];
-    opened o = fixture_open(&rough, 0, true);
-    first.o = &o;
-    for (int i = 0; i < ORDER_TILES; i++) first.order[i] = i;
-    walk(&first);
-    fixture_close(&o);
-    for (int small = 0; small < 2; small++) {
+    for (int small = 0; small < 4; small++) {
+        enum synthesis kind = small < 2 ? SYNTHESIS_ERODED : SYNTHESIS_PLAIN;
+        opened o = fixture_open(&rough, 0, kind);
+        first.o = &o;
+        for (int i = 0; i < ORDER_TILES; i++) first.order[i] = i;
+        walk(&first);
+        fixture_close(&o);
         pthread_t threads[4];
-        o = fixture_open(&rough, small ? 1 : 0, true);
+        o = fixture_open(&rough, small % 2 ? 1 : 0, kind);
         for (int i = 0; i < 4; i++) {
             walkers[i].o = &o;
             shuffle(walkers[i].order, (uint64_t)(99 + i + 10 * small));
@@ -130,7 +131,7 @@ static void order_and_threads_do_not_matter(void **state)
 static void a_deep_tile_makes_no_other(void **state)
 {
     (void)state;
-    opened o = fixture_open(&rough, 0, true);
+    opened o = fixture_open(&rough, 0, SYNTHESIS_ERODED);
     struct pyramid_counters c;
     for (int place = 0; place < FIXTURE_PLACES; place++)
         fixture_put_back(&o, fixture_get(&o, fixture_place_tile(place, GRID_MAX_ZOOM)));
@@ -145,7 +146,7 @@ static void the_cache_keeps_its_bound(void **state)
 {
     (void)state;
     enum { HELD = 100 };
-    opened o = fixture_open(&smooth, 1, false); // raised to 16 MiB: 63 tiles
+    opened o = fixture_open(&smooth, 1, SYNTHESIS_NONE); // raised to 16 MiB: 63 tiles
     const pyramid_tile *held[HELD];
     struct pyramid_counters c;
     int n = 0;
@@ -179,7 +180,7 @@ static void the_cache_keeps_its_bound(void **state)
 static void tiles_are_made_once(void **state)
 {
     (void)state;
-    opened o = fixture_open(&smooth, 0, false);
+    opened o = fixture_open(&smooth, 0, SYNTHESIS_NONE);
     struct pyramid_counters before, after;
     const pyramid_tile *a = fixture_get(&o, fixture_place_tile(3, 3));
     pyramid_counters(o.pyramid, &before);
@@ -211,7 +212,7 @@ static void holes_are_filled_as_if_nothing_were_stored(void **state)
     codec_blob_deinit(&body);
     assert_int_equal(planet_writer_finish(w, &meta), OK);
     planet_writer_close(&w);
-    for (int synthesis = 0; synthesis < 2; synthesis++) {
+    for (enum synthesis synthesis = 0; synthesis <= SYNTHESIS_PLAIN; synthesis++) {
         opened a = fixture_open(&rough, 0, synthesis), b = fixture_open(&without, 0, synthesis);
         const pyramid_tile *with = fixture_get(&a, holed), *made = fixture_get(&b, holed);
         for (int i = 0; i < SAMPLES; i++) {
@@ -249,7 +250,7 @@ static void corrupt_tiles_show_their_parents(void **state)
     assert_int_equal(planet_writer_finish(w, &meta), OK);
     planet_writer_close(&w);
     log_set_sink(no_message, NULL);
-    opened o = fixture_open(&broken, 1, false);
+    opened o = fixture_open(&broken, 1, SYNTHESIS_NONE);
     struct pyramid_counters c;
     for (int round = 0; round < 3; round++) {
         const pyramid_tile *tile = fixture_get(&o, bad);
@@ -275,7 +276,7 @@ static void corrupt_tiles_show_their_parents(void **state)
 static void a_flat_sea_stays_flat(void **state)
 {
     (void)state;
-    opened o = fixture_open(&rough, 0, true);
+    opened o = fixture_open(&rough, 0, SYNTHESIS_ERODED);
     for (int zoom = 2; zoom <= 12; zoom++) {
         const pyramid_tile *sea = fixture_get(&o, fixture_tile_at(zoom, 0.2, M_PI - 0.05));
         assert_true(sea->min == 0.0f && sea->max == 0.0f);
@@ -290,7 +291,7 @@ static void a_flat_sea_stays_flat(void **state)
 static void data_zoom_is_the_nearest_stored(void **state)
 {
     (void)state;
-    opened o = fixture_open(&rough, 0, true);
+    opened o = fixture_open(&rough, 0, SYNTHESIS_ERODED);
     for (int zoom = 0; zoom <= GRID_MAX_ZOOM; zoom += 3)
         for (int place = 0; place < FIXTURE_PLACES; place++) {
             tile_id id = fixture_place_tile(place, zoom), up = id;
@@ -309,7 +310,7 @@ static void data_zoom_is_the_nearest_stored(void **state)
 static void heights_at_points(void **state)
 {
     (void)state;
-    opened o = fixture_open(&smooth, 0, false);
+    opened o = fixture_open(&smooth, 0, SYNTHESIS_NONE);
     struct check_random random = {21};
     double h, other;
     for (int k = 0; k < 2000; k++) {
@@ -354,7 +355,7 @@ static void color_and_light_are_joined(void **state)
     codec_blob_deinit(&body);
     assert_int_equal(planet_writer_finish(w, &meta), OK);
     planet_writer_close(&w);
-    opened o = fixture_open(&f, 0, true);
+    opened o = fixture_open(&f, 0, SYNTHESIS_ERODED);
     static const int nights[] = {0, 200, 200}, other[] = {0, 0, 0};
     for (int zoom = 0; zoom < 3; zoom++)
         for (int side = 0; side < 2; side++) {

@@ -21,10 +21,10 @@ static region region_at(int zoom, geodetic at, float *data)
 
 static void fill_noise(const region *r)
 {
-    static double cos_lon[TILE_SIZE], sin_lon[TILE_SIZE];
-    synthesis_columns(r, cos_lon, sin_lon);
+    static synthesis_columns columns;
+    synthesis_columns_of(r, &columns);
     for (int y = 0; y < r->rows; y++)
-        synthesis_noise(cos_lon, sin_lon, r->cols, r->zoom, grid_lat(r->zoom, r->row + y),
+        synthesis_noise(&columns, r->cols, r->zoom, grid_lat(r->zoom, r->row + y),
                         r->data + y * r->stride);
 }
 
@@ -60,10 +60,11 @@ static void noise_is_smooth(void **state)
     for (int k = 0; k < 2000; k++) {
         int zoom = 4 + k % 15;
         double lat = asin(check_random_range(&random, -1, 1)), step = grid_step_lat(zoom);
-        double lon = check_random_range(&random, -M_PI, M_PI), c = cos(lon), s = sin(lon);
+        double lon = check_random_range(&random, -M_PI, M_PI);
+        synthesis_columns at = {{cos(lon)}, {sin(lon)}};
         float h[3];
         for (int i = 0; i < 3; i++)
-            synthesis_noise(&c, &s, 1, zoom, lat + (i - 1) * 0.01 * step, &h[i]);
+            synthesis_noise(&at, 1, zoom, lat + (i - 1) * 0.01 * step, &h[i]);
         check_near(h[1] - h[0], 0.0, 0.06);
         check_near(h[2] - 2 * h[1] + h[0], 0.0, 2e-3);
     }
@@ -77,10 +78,11 @@ static void zooms_are_independent(void **state)
     struct check_random random = {23};
     for (int k = 0; k < 20000; k++) {
         double lat = asin(check_random_range(&random, -1, 1));
-        double lon = check_random_range(&random, -M_PI, M_PI), c = cos(lon), s = sin(lon);
+        double lon = check_random_range(&random, -M_PI, M_PI);
+        synthesis_columns at = {{cos(lon)}, {sin(lon)}};
         float a, b;
-        synthesis_noise(&c, &s, 1, 7, lat, &a);
-        synthesis_noise(&c, &s, 1, 8, lat, &b);
+        synthesis_noise(&at, 1, 7, lat, &a);
+        synthesis_noise(&at, 1, 8, lat, &b);
         sum += a * b;
         a2 += a * a;
         b2 += b * b;
@@ -134,7 +136,7 @@ static double slope2(const pyramid_tile *t, int r0, int r1, int c0, int c1)
 }
 
 // After fourteen zooms, at two hundred places, against the data's slope around them: rougher, but
-// not without end. Measured 0.97, 1.74 and 2.12 times.
+// not without end. Measured 2.11, 2.25 and 2.86 times.
 static void slopes_grow_but_little(void **state)
 {
     (void)state;
@@ -144,7 +146,7 @@ static void slopes_grow_but_little(void **state)
         fixture f;
         fixture_init(&f, "synthesis-slopes");
         fixture_write(&f, 0, gains[g], wave_height, NULL);
-        opened o = fixture_open(&f, 0, true);
+        opened o = fixture_open(&f, 0, SYNTHESIS_ERODED);
         struct check_random random = {1};
         double data = 0.0, deep = 0.0;
         for (int k = 0; k < 200; k++) {
@@ -172,7 +174,9 @@ static void slopes_grow_but_little(void **state)
 }
 
 // A plane slope, and at zoom 1 a residual of known size on it.
-static const double slope_m = 40.0; // to a sample row of zoom 0
+// To a sample row of zoom 0, 78 km: so steep that the relief no ground is without does not count,
+// and so gentle that it is not tempered: half a percent each.
+static const double slope_m = 1500.0;
 static double residual_share;
 
 static float sloping_height(tile_id id, int row, int col, double lat, double lon)
@@ -200,13 +204,13 @@ static void the_gain_is_measured(void **state)
         fixture_init(&f, "synthesis-gain");
         residual_share = cases[i].residual;
         assert_int_equal(planet_writer_open(f.path, "gain", false, &w), OK);
-        assert_int_equal(planet_measure_gain(w, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, &gain), OK);
         assert_true(gain == 0.0); // nothing to measure
         fixture_put_heights(w, 0, sloping_height, NULL);
-        assert_int_equal(planet_measure_gain(w, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, &gain), OK);
         assert_true(gain == 0.0); // one zoom
         fixture_put_heights(w, 1, sloping_height, NULL);
-        assert_int_equal(planet_measure_gain(w, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, &gain), OK);
         check_near(gain, cases[i].gain, cases[i].tolerance);
         planet_writer_close(&w);
         fixture_deinit(&f);
