@@ -110,6 +110,12 @@ enum perigee_quality {
     PERIGEE_QUALITY_PAPER,   // 5.5 pixels: n = 512, m = 20, N = 128 (Clasen & Hege 2006)
 };
 
+// How the planar mode draws its squares.
+enum perigee_planar_form {
+    PERIGEE_PLANAR_GPU,  // instances of footprints, whole levels or none (2005; default)
+    PERIGEE_PLANAR_2004, // rectangles cropped to the data and to the frustum
+};
+
 typedef struct perigee_view_params {
     enum perigee_mode mode;
     int threads; // workers that read and resample, up to 256; 0: one for each processor
@@ -123,10 +129,13 @@ typedef struct perigee_view_params {
                             // < 0: none is
     int planar_n;           // vertices across a square of the planar mode: 31, 63, 127, 255, 511 or
                             // 1023, less than texels; 0: texels - 1
-    bool planar_packed;     // true: its heights in one number, whole metres (2005, 2.4.1); coarse
-    int levels;             // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
-    int first_level;        // coarsest level drawn; 0: by the horizon
-    int last_level;         // finest level drawn; 0: by the pixel size
+    enum perigee_planar_form planar_form;
+    uint32_t planar_triangles; // of the form of 2004: shrink its regions until no more are in the
+                               // frustum, as far as can be; 0: no bound
+    bool planar_packed; // true: its heights in one number, whole metres (2005, 2.4.1); coarse
+    int levels;         // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
+    int first_level;    // coarsest level drawn; 0: by the horizon
+    int last_level;     // finest level drawn; 0: by the pixel size
     enum perigee_transform transform;
     bool hardware_filter;  // true: the GPU's own bilinear filter for heights (8-bit weights)
     bool texcoord_vertex;  // true: map coordinates interpolated from the vertices, as in the paper

@@ -93,6 +93,15 @@ status option_transform(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+status option_planar_form(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"gpu", "2004"};
+    int found = find_name(value, names, 2);
+    if (found < 0) return refuse(name, value, "gpu or 2004");
+    o->view_params.planar_form = (enum perigee_planar_form)found;
+    return OK;
+}
+
 status option_planar_heights(struct options *o, const char *name, const char *value)
 {
     static const char *const names[] = {"plain", "packed"};

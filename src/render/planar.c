@@ -1,6 +1,6 @@
 // Geometry clipmaps (Losasso & Hoppe 2004; Asirvatham & Hoppe 2005) over the map of longitude and
-// latitude, wrapped onto the planet: nested squares of vertices about the focus, drawn as instances
-// of a few footprints (planar_pieces.h).
+// latitude, wrapped onto the planet: nested squares of vertices about the focus, in one of two
+// forms (planar_footprints.c, planar_rectangles.c).
 //
 // Watertight: a vertex has the same row and column terms (geo/nest.h) and the same height in every
 // level that has it; at a level's border alpha is 1, and the border triangles close what the
@@ -17,41 +17,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "gpu/program.h"
-#include "render/geometry.h"
-#include "render/planar_cull.h"
-#include "render/planar_elevation.h"
-#include "render/planar_pieces.h"
-
-struct instance {
-    uint32_t row, column, level, number;
-};
-
-// Instances of one footprint, in the order in which they are drawn.
-struct batch {
-    int first, count;
-};
-
-enum { MAX_INSTANCES = CLIPMAP_MAX_LEVELS * (PLANAR_BLOCKS + PLANAR_PIECES) };
-
-struct planar {
-    struct geometry base;
-    int n, levels;
-    bool cull;
-    bool stale, told; // tables are to be made again; the pole was spoken of
-    planar_footprint piece[PLANAR_PIECES];
-    struct planar_elevation *elevation;
-    GLuint program, vertex_array;
-    GLuint vertices, indices, instances, rows, columns, squares;
-    size_t gpu_bytes;
-
-    nest_square square[CLIPMAP_MAX_LEVELS];
-    int first, last; // levels drawn last
-    nest_row *row_table;
-    nest_column *column_table;
-    struct instance instance[MAX_INSTANCES];
-    struct batch batch[PLANAR_PIECES];
-    int count;
-};
+#include "render/planar_parts.h"
 
 static struct planar *planar_of(struct geometry *geometry)
 {
@@ -71,9 +37,19 @@ static status complete(perigee_view_params *p)
                   p->planar_n);
         return ERR_ARGUMENT;
     }
-    if (p->planar_n < p->texels) return OK;
-    log_error("impossible vertices across a square: %d, more than the windows' %d height samples",
-              p->planar_n, p->texels);
+    if (p->planar_n >= p->texels) {
+        log_error("impossible vertices across a square: %d, more than the windows' %d height "
+                  "samples",
+                  p->planar_n, p->texels);
+        return ERR_ARGUMENT;
+    }
+    if ((int)p->planar_form < 0 || p->planar_form > PERIGEE_PLANAR_2004) {
+        log_error("impossible form of the planar mode: %d", (int)p->planar_form);
+        return ERR_ARGUMENT;
+    }
+    if (!p->planar_triangles || p->planar_form == PERIGEE_PLANAR_2004) return OK;
+    log_error("a bound of %u triangles: only the planar form of 2004 can keep one",
+              (unsigned)p->planar_triangles);
     return ERR_ARGUMENT;
 }
 
@@ -82,60 +58,60 @@ static int table_stride(const struct planar *p)
     return p->n + 2;
 }
 
-static GLuint make_buffer(struct planar *p, size_t bytes, const void *data)
+GLuint planar_vertex_array(GLuint vertices, GLuint instances, GLuint indices)
+{
+    GLuint a;
+    glCreateVertexArrays(1, &a);
+    glVertexArrayVertexBuffer(a, 0, vertices, 0, 2 * sizeof(uint16_t));
+    glVertexArrayVertexBuffer(a, 1, instances, 0, 4 * sizeof(uint32_t));
+    glVertexArrayAttribIFormat(a, 0, 2, GL_UNSIGNED_SHORT, 0);
+    glVertexArrayAttribIFormat(a, 1, 4, GL_UNSIGNED_INT, 0);
+    glVertexArrayBindingDivisor(a, 1, 1);
+    for (GLuint i = 0; i < 2; i++) {
+        glVertexArrayAttribBinding(a, i, i);
+        glEnableVertexArrayAttrib(a, i);
+    }
+    glVertexArrayElementBuffer(a, indices);
+    return a;
+}
+
+static GLuint make_buffer(struct planar *p, size_t bytes)
 {
     GLuint buffer;
     glCreateBuffers(1, &buffer);
-    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, data, data ? 0 : GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
     p->gpu_bytes += bytes;
     return buffer;
 }
 
-static void make_vertex_array(struct planar *p)
-{
-    glCreateVertexArrays(1, &p->vertex_array);
-    glVertexArrayVertexBuffer(p->vertex_array, 0, p->vertices, 0, 2 * sizeof(uint16_t));
-    glVertexArrayVertexBuffer(p->vertex_array, 1, p->instances, 0, sizeof(struct instance));
-    glVertexArrayAttribIFormat(p->vertex_array, 0, 2, GL_UNSIGNED_SHORT, 0);
-    glVertexArrayAttribIFormat(p->vertex_array, 1, 4, GL_UNSIGNED_INT, 0);
-    glVertexArrayBindingDivisor(p->vertex_array, 1, 1);
-    for (GLuint i = 0; i < 2; i++) {
-        glVertexArrayAttribBinding(p->vertex_array, i, i);
-        glEnableVertexArrayAttrib(p->vertex_array, i);
-    }
-    glVertexArrayElementBuffer(p->vertex_array, p->indices);
-}
+// As planar.vert has it.
+struct square_block {
+    float viewer[4], active[4], blend[4];
+};
 
-static status make_buffers(struct planar *p)
+static status make_tables(struct planar *p)
 {
+    size_t table = (size_t)table_stride(p) * (size_t)p->levels;
     while (glGetError() != GL_NO_ERROR) {
     }
-    planar_pieces pieces = planar_pieces_make(p->n);
-    memcpy(p->piece, pieces.piece, sizeof p->piece);
-    p->vertices = make_buffer(p, pieces.vertex_count * 2 * sizeof(uint16_t), pieces.vertices);
-    p->indices = make_buffer(p, pieces.index_count * sizeof(uint16_t), pieces.indices);
-    planar_pieces_free(&pieces);
-    size_t table = (size_t)table_stride(p) * (size_t)p->levels;
     p->row_table = NEW_ARRAY(nest_row, table);
     p->column_table = NEW_ARRAY(nest_column, table);
-    p->rows = make_buffer(p, table * sizeof(nest_row), NULL);
-    p->columns = make_buffer(p, table * sizeof(nest_column), NULL);
-    p->squares = make_buffer(p, CLIPMAP_MAX_LEVELS * 4 * sizeof(float), NULL);
-    p->instances = make_buffer(p, sizeof p->instance, NULL);
-    make_vertex_array(p);
+    p->rows = make_buffer(p, table * sizeof(nest_row));
+    p->columns = make_buffer(p, table * sizeof(nest_column));
+    p->squares = make_buffer(p, CLIPMAP_MAX_LEVELS * sizeof(struct square_block));
     if (glGetError() == GL_NO_ERROR) return OK;
-    log_error("the GPU refused %zu MiB of footprints", p->gpu_bytes >> 20);
+    log_error("the GPU refused %zu KiB of tables", p->gpu_bytes >> 10);
     return ERR_GPU;
 }
 
 static void destroy(struct geometry *geometry)
 {
     struct planar *p = planar_of(geometry);
-    const GLuint buffers[] = {p->vertices, p->indices, p->instances,
-                              p->rows,     p->columns, p->squares};
-    glDeleteBuffers(6, buffers);
-    glDeleteVertexArrays(1, &p->vertex_array);
+    const GLuint buffers[] = {p->rows, p->columns, p->squares};
+    glDeleteBuffers(3, buffers);
     if (p->program) glDeleteProgram(p->program);
+    planar_footprints_destroy(&p->footprints);
+    planar_rectangles_destroy(&p->rectangles);
     planar_elevation_destroy(&p->elevation);
     free(p->row_table);
     free(p->column_table);
@@ -146,15 +122,20 @@ static status create(const geometry_params *params, struct geometry **out)
 {
     const perigee_view_params *v = params->view;
     struct planar *p = NEW(struct planar);
+    p->form = v->planar_form;
     p->n = v->planar_n;
     p->levels = v->levels;
+    p->most_triangles = v->planar_triangles;
     p->cull = !v->no_cull;
     p->stale = true;
     char defines[512];
     snprintf(defines, sizeof defines, "%s%s", params->defines,
              v->planar_packed ? "#define PACKED_HEIGHTS 1\n" : "");
     planar_elevation_params e = {p->n, p->levels, v->planar_packed, defines};
-    status s = make_buffers(p);
+    status s = make_tables(p);
+    if (!s)
+        s = p->form == PERIGEE_PLANAR_2004 ? planar_rectangles_create(p, &p->rectangles)
+                                           : planar_footprints_create(p, &p->footprints);
     if (!s) s = planar_elevation_create(&e, &p->elevation);
     if (!s)
         s = gpu_program_create_render("planar/planar.vert", "mesh/mesh.frag", defines, &p->program);
@@ -191,18 +172,53 @@ static void choose_levels(const struct geometry *geometry, const geometry_frame 
     *first = nest_coarsest_level(p->n, &f->projection->focus, seen_angle(f), p->levels);
 }
 
-// The squares of this frame. A level whose data are not all there is left out with all finer ones.
+// The squares of this frame, and how far their data reach.
 static void choose_squares(struct planar *p, const geometry_frame *f)
 {
     const struct geo_focus *focus = &f->projection->focus;
     struct levels_block block;
     windows_fill_block(f->windows, &block);
-    p->first = f->first;
-    p->last = f->first;
     for (int i = f->first; i <= f->last; i++) {
         p->square[i] = nest_square_at(p->n, i, focus->lat, focus->lon);
-        if (i > f->first && !planar_elevation_covered(f->windows, &block, &p->square[i])) break;
+        p->clip[i] = planar_elevation_clip(f->windows, &block, &p->square[i]);
+    }
+    p->first = f->first;
+}
+
+// 2005, 2.3.1: a level whose data are not all there is left out with all finer ones.
+static void choose_whole_levels(struct planar *p, const geometry_frame *f)
+{
+    p->last = p->first;
+    for (int i = f->first; i <= f->last; i++) {
+        planar_region all = planar_region_wanted(&p->square[i], 1), clip = p->clip[i];
+        bool whole = clip.row0 <= all.row0 && clip.row1 >= all.row1 &&
+                     clip.column0 <= all.column0 && clip.column1 >= all.column1;
+        if (i > f->first && !whole) break;
+        p->active[i] = all;
         p->last = i;
+    }
+}
+
+// The whole circle of the map closes.
+static void close_circle(struct planar *p)
+{
+    if (p->first == 0) p->active[0].column1 = p->n + 1;
+}
+
+// 2004, 5 and 6.1; with a bound of triangles the regions of all but the coarsest level shrink until
+// it is kept, or they are as small as can be.
+static void choose_regions(struct planar *p, const geometry_frame *f)
+{
+    enum { TRIES = 8 };
+    double share = 1;
+    for (int i = 0; i < TRIES; i++) {
+        planar_region clip[CLIPMAP_MAX_LEVELS];
+        memcpy(clip, p->clip, sizeof clip);
+        p->last = planar_regions_crop(p->square, f->first, f->last, share, clip, p->active);
+        close_circle(p);
+        uint64_t triangles = planar_rectangles_select(p->rectangles, p, f);
+        if (!p->most_triangles || triangles <= p->most_triangles) return;
+        share *= fmin(0.95, sqrt((double)p->most_triangles / (double)triangles));
     }
 }
 
@@ -228,32 +244,36 @@ static void fill_tables(struct planar *p, const struct geo_focus *focus)
 // for.
 static void fill_squares(struct planar *p, const geometry_frame *f)
 {
-    float squares[CLIPMAP_MAX_LEVELS][4] = {{0}};
+    struct square_block blocks[CLIPMAP_MAX_LEVELS] = {0};
     double share;
     int finest =
         nest_finest_level(p->n, f->projection->ellipsoid.a, f->gaze.distance, p->levels, &share);
     for (int i = p->first; i <= p->last; i++) {
-        squares[i][0] = (float)p->square[i].view_row;
-        squares[i][1] = (float)p->square[i].view_column;
-        squares[i][2] = i == finest ? (float)(1 - share) : 0;
-        squares[i][3] = i > p->first;
+        struct square_block *b = &blocks[i];
+        planar_region a = p->active[i], finer = {0};
+        if (i < p->last)
+            finer = planar_region_in_coarser(&p->square[i + 1], &p->square[i], p->active[i + 1]);
+        double width = planar_region_transition(p->n, a, finer);
+        double half = (fmax(a.row1 - a.row0, a.column1 - a.column0)) / 2;
+        const float viewer[4] = {(float)p->square[i].view_row, (float)p->square[i].view_column,
+                                 i == finest ? (float)(1 - share) : 0, i > p->first};
+        const float active[4] = {(float)a.row0, (float)a.row1, (float)a.column0, (float)a.column1};
+        const float blend[4] = {(float)(half - width - 1), (float)(1 / width), 0, 0};
+        memcpy(b->viewer, viewer, sizeof viewer);
+        memcpy(b->active, active, sizeof active);
+        memcpy(b->blend, blend, sizeof blend);
     }
-    glNamedBufferSubData(p->squares, 0, sizeof squares, squares);
+    glNamedBufferSubData(p->squares, 0, sizeof blocks, blocks);
 }
 
-static map_rect rect_of(const nest_square *s, int row, int column, int side)
-{
-    return (map_rect){.south = nest_latitude(s, row + side),
-                      .north = nest_latitude(s, row),
-                      .west = (column - s->view_column) * s->step,
-                      .east = (column + side - s->view_column) * s->step};
-}
-
-static bool visible(const struct planar *p, const geometry_frame *f, int level, int row, int column,
-                    int side)
+bool planar_visible(const struct planar *p, const geometry_frame *f, int level, planar_region r)
 {
     if (!p->cull) return true;
-    map_rect rect = rect_of(&p->square[level], row, column, side);
+    const nest_square *s = &p->square[level];
+    map_rect rect = {.south = nest_latitude(s, r.row1),
+                     .north = nest_latitude(s, r.row0),
+                     .west = (r.column0 - s->view_column) * s->step,
+                     .east = (r.column1 - s->view_column) * s->step};
     double low, high, pole_low, pole_high;
     windows_height_bounds(f->windows, level, &low, &high);
     if (fmax(fabs(rect.north), fabs(rect.south)) >= M_PI / 2) {
@@ -264,113 +284,20 @@ static bool visible(const struct planar *p, const geometry_frame *f, int level, 
     return map_rect_visible(&f->view, rect, low, high);
 }
 
-static void add_instance(struct planar *p, int level, const int offset[2])
+// Before culling.
+static uint64_t all_triangles(const struct planar *p)
 {
-    struct instance *i = &p->instance[p->count];
-    *i = (struct instance){(uint32_t)offset[0], (uint32_t)offset[1], (uint32_t)level,
-                           (uint32_t)p->count};
-    p->count++;
-}
-
-// Near to far, so that what is hidden is not shaded.
-static void select_blocks(struct planar *p, const geometry_frame *f)
-{
-    int side = (p->n + 1) / 4 - 1;
-    p->batch[PLANAR_BLOCK].first = p->count;
-    for (int level = p->last; level >= p->first; level--) {
-        int blocks = level == p->last ? PLANAR_BLOCKS : PLANAR_RING_BLOCKS;
-        for (int k = blocks - 1; k >= 0; k--) {
-            int offset[2];
-            planar_block_offset(p->n, k, offset);
-            if (visible(p, f, level, offset[0], offset[1], side)) add_instance(p, level, offset);
-        }
+    uint64_t sum = 0;
+    for (int i = p->first; i <= p->last; i++) {
+        planar_region parts[4], finer = {0};
+        if (i < p->last)
+            finer = planar_region_in_coarser(&p->square[i + 1], &p->square[i], p->active[i + 1]);
+        int count = planar_region_frame(p->active[i], finer, parts);
+        for (int k = 0; k < count; k++)
+            sum += 2 * (uint64_t)(parts[k].row1 - parts[k].row0) *
+                   (uint64_t)(parts[k].column1 - parts[k].column0);
     }
-    p->batch[PLANAR_BLOCK].count = p->count - p->batch[PLANAR_BLOCK].first;
-}
-
-static enum planar_piece trim_of(const struct planar *p, int level)
-{
-    const nest_square *s = &p->square[level];
-    nest_square finer = p->square[level + 1];
-    int m = (p->n + 1) / 4;
-    // The finer level leaves the row free on the side from which it keeps off.
-    int row_last = finer.row / 2 - s->row == m - 1;
-    int column_last = finer.column / 2 - s->column == m - 1;
-    return (enum planar_piece)(PLANAR_TRIM + 2 * row_last + column_last);
-}
-
-static bool has_piece(const struct planar *p, int piece, int level)
-{
-    switch (piece) {
-    case PLANAR_FIXUP:
-        return true;
-    case PLANAR_CROSS:
-        return level == p->last;
-    case PLANAR_BORDER:
-        return level > p->first;
-    case PLANAR_CLOSING:
-        return level == 0;
-    default:
-        return level < p->last && (int)trim_of(p, level) == piece;
-    }
-}
-
-static void select_pieces(struct planar *p, const geometry_frame *f)
-{
-    const int whole[2] = {0, 0};
-    bool seen[CLIPMAP_MAX_LEVELS];
-    for (int level = p->first; level <= p->last; level++)
-        seen[level] = visible(p, f, level, 0, 0, level ? p->n - 1 : p->n + 1);
-    for (int piece = PLANAR_FIXUP; piece < PLANAR_PIECES; piece++) {
-        p->batch[piece].first = p->count;
-        for (int level = p->last; level >= p->first; level--)
-            if (seen[level] && has_piece(p, piece, level)) add_instance(p, level, whole);
-        p->batch[piece].count = p->count - p->batch[piece].first;
-    }
-}
-
-static void count_triangles(const struct planar *p, geometry_counts *counts)
-{
-    uint64_t side = (uint64_t)p->n - 1, all = 2 * side * side, levels = 0;
-    for (int i = p->first; i <= p->last; i++) levels++;
-    uint64_t hole = 2 * (uint64_t)(side / 2) * (side / 2);
-    counts->triangles_total = levels * all - (levels - 1) * hole;
-    for (int i = 0; i < PLANAR_PIECES; i++) {
-        counts->triangles_drawn += (uint64_t)p->batch[i].count * p->piece[i].indices / 3;
-        counts->draws += p->batch[i].count > 0;
-    }
-}
-
-static void draw_batch(const struct planar *p, enum planar_piece i)
-{
-    const planar_footprint *piece = &p->piece[i];
-    if (p->batch[i].count)
-        glDrawElementsInstancedBaseVertexBaseInstance(
-            GL_TRIANGLES, (GLsizei)piece->indices, GL_UNSIGNED_SHORT,
-            (const void *)(uintptr_t)(piece->first_index * sizeof(uint16_t)), p->batch[i].count,
-            (GLint)piece->first_vertex, (GLuint)p->batch[i].first);
-}
-
-static void draw_pieces(struct planar *p)
-{
-    float begin = (float)((p->n - 1) / 2 - nest_transition_width(p->n) - 1);
-    glNamedBufferSubData(p->instances, 0, (GLsizeiptr)((size_t)p->count * sizeof *p->instance),
-                         p->instance);
-    glUseProgram(p->program);
-    glUniform4f(0, (float)table_stride(p), begin, (float)(1 / nest_transition_width(p->n)),
-                (float)(p->n - 1));
-    glBindTextureUnit(7, planar_elevation_texture(p->elevation));
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, p->rows);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, p->columns);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, p->squares);
-    glBindVertexArray(p->vertex_array);
-    for (int i = 0; i < PLANAR_PIECES; i++)
-        if (i != PLANAR_BORDER) draw_batch(p, (enum planar_piece)i);
-    // Drivers may tell the facing of a triangle by its corners and cover pixels by the corners
-    // rounded: a sliver would be culled either way round.
-    glDisable(GL_CULL_FACE);
-    draw_batch(p, PLANAR_BORDER);
-    glEnable(GL_CULL_FACE);
+    return sum;
 }
 
 static void tell_of_pole(struct planar *p, bool pole)
@@ -387,35 +314,42 @@ static void draw(struct geometry *geometry, const geometry_frame *f, geometry_co
     struct planar *p = planar_of(geometry);
     int first = p->first, last = p->last;
     choose_squares(p, f);
+    if (p->rectangles) {
+        choose_regions(p, f);
+    } else {
+        choose_whole_levels(p, f);
+        close_circle(p);
+        planar_footprints_select(p->footprints, p, f);
+    }
     if (p->stale || p->first != first || p->last != last) fill_tables(p, &f->projection->focus);
     p->stale = false;
     fill_squares(p, f);
     counts->vertices_placed +=
         planar_elevation_update(p->elevation, f->windows, p->square, p->first, p->last);
-    p->count = 0;
-    select_blocks(p, f);
-    select_pieces(p, f);
-    count_triangles(p, counts);
+    counts->triangles_total = all_triangles(p);
     counts->map_edge = nest_holds_pole(&f->projection->focus, seen_angle(f));
     tell_of_pole(p, counts->map_edge);
-    draw_pieces(p);
+
+    glUseProgram(p->program);
+    glUniform1ui(0, (GLuint)table_stride(p));
+    glUniform1ui(1, (GLuint)((p->n + 2) * (p->n + 2) + (1 << 17)));
+    glBindTextureUnit(7, planar_elevation_texture(p->elevation));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, p->rows);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, p->columns);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, p->squares);
+    if (p->rectangles) planar_rectangles_draw(p->rectangles, p, counts);
+    else planar_footprints_draw(p->footprints, counts);
 }
 
-// The sector: a block's number, 16 and on for the other footprints.
 static void identify(const struct geometry *geometry, uint32_t number, int *level, int *sector)
 {
     const struct planar *p = planar_of_const(geometry);
-    *level = (int)p->instance[number].level;
-    *sector = PLANAR_BLOCKS;
-    for (int i = 0; i < PLANAR_PIECES; i++)
-        if (p->batch[i].count && (int)number >= p->batch[i].first) *sector = PLANAR_BLOCKS - 1 + i;
-    int offset[2];
-    for (int k = 0; (int)number < p->batch[PLANAR_BLOCK].count && k < PLANAR_BLOCKS; k++) {
-        planar_block_offset(p->n, k, offset);
-        if (p->instance[number].row == (uint32_t)offset[0] &&
-            p->instance[number].column == (uint32_t)offset[1])
-            *sector = k;
+    if (p->footprints) {
+        planar_footprints_identify(p->footprints, number, level, sector);
+        return;
     }
+    *level = (int)number / 2;
+    *sector = (int)number % 2;
 }
 
 const struct geometry_mode geometry_planar = {

@@ -9,6 +9,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "base/vec.h"
 #include "gpu/program.h"
 
 enum { WINDOWS = 24, MARGIN = 5 }; // samples at a window's border that are weighed less
@@ -93,13 +94,14 @@ static void place_square(const nest_square *s, const window *held, const window_
     out[3] = (float)columns;
 }
 
-static int clamp_row(int64_t row, int n)
+static int clamp_index(double i, int n)
 {
-    return row < 0 ? 0 : row > n - 1 ? n - 1 : (int)row;
+    return (int)clamp_double(i, -1, n + 2);
 }
 
-bool planar_elevation_covered(const struct windows *w, const struct levels_block *block,
-                              const nest_square *s)
+// Rows beyond a pole are at it.
+planar_region planar_elevation_clip(const struct windows *w, const struct levels_block *block,
+                                    const nest_square *s)
 {
     int level = sampled_level(w, s->level);
     window held = windows_held(w, level);
@@ -107,12 +109,17 @@ bool planar_elevation_covered(const struct windows *w, const struct levels_block
     float place[4];
     place_square(s, &held, &shape, place);
     const float *valid = block->height_valid[level];
+    double first[2] = {place[0], place[2]}, step[2] = {place[1], place[3]};
+    int ends[4];
+    for (int i = 0; i < 4; i++) {
+        int k = i / 2, sign = i % 2 ? -1 : 1;
+        double at = (valid[i] + sign * MARGIN - first[k]) / step[k];
+        ends[i] = clamp_index(sign > 0 ? ceil(at) : floor(at), s->n);
+    }
     int64_t pole = (int64_t)(s->n + 1) << s->level >> 1;
-    float north = place[0] + place[1] * (float)clamp_row(-s->row, s->n),
-          south = place[0] + place[1] * (float)clamp_row(pole - s->row, s->n), west = place[2],
-          east = place[2] + place[3] * (float)(s->n - 1);
-    return north - MARGIN >= valid[0] && south + MARGIN <= valid[1] && west - MARGIN >= valid[2] &&
-           east + MARGIN <= valid[3];
+    if (ends[0] <= -s->row) ends[0] = -1;
+    if (ends[1] >= pole - s->row) ends[1] = s->n + 2;
+    return (planar_region){ends[0], ends[1], ends[2], ends[3]};
 }
 
 static void compute(const struct windows *w, const nest_square *s, const nest_square *coarser,

@@ -7,6 +7,7 @@
 #include <epoxy/gl.h>
 
 #include "geo/nest.h"
+#include "render/planar_regions.h"
 #include "render/windows.h"
 
 struct planar_elevation;
@@ -24,9 +25,10 @@ void planar_elevation_destroy(struct planar_elevation **elevation);
 GLuint planar_elevation_texture(const struct planar_elevation *e);
 size_t planar_elevation_bytes(const struct planar_elevation *e);
 
-// Is all of the square there in its window, so that no vertex borrows a coarser height?
-bool planar_elevation_covered(const struct windows *w, const struct levels_block *block,
-                              const nest_square *square);
+// The vertices of the square whose heights are there in its window, so that they borrow no coarser
+// level's (2004, 3: the clip region). May reach beyond the square.
+planar_region planar_elevation_clip(const struct windows *w, const struct levels_block *block,
+                                    const nest_square *square);
 
 // Brings the maps of levels first .. last up to date, coarse to fine (the uniform blocks and the
 // height windows are bound). Returns the number of vertices computed.
