@@ -50,7 +50,8 @@ static const char *const accepted[] = {
     "render --mode spherical --no-cull --no-synthesis --levels 6-21 --azimuth-steps 512 --rings 20 "
     "-o a",
     "render --mode reference -o a",
-    "render --mode planar --planar-n 255 --planar-heights packed -o a",
+    "render --mode planar --planar-n 255 --planar-heights packed --planar-form 2004 "
+    "--planar-triangles 50000 -o a",
     "render --mode reference --zoom auto --zoom-error 0.1 -o a",
     "render --mode reference --zoom stored -o a",
     "fly --mode reference --zoom 24 --path f -o %d.png",
@@ -147,6 +148,8 @@ static const struct {
     {"render -o a --mode planar --planar-n 1024", "--planar-n 1024"},
     {"render -o a --mode planar --planar-n n", "--planar-n n"},
     {"view --mode planar --planar-heights tall", "--planar-heights tall"},
+    {"render -o a --mode planar --planar-form 2005", "--planar-form 2005"},
+    {"render -o a --mode planar --planar-triangles 10", "--planar-triangles 10"},
     {"view --mode reference", "--mode reference"},
     {"fly --path f -o a --mode Reference", "--mode Reference"},
     {"render -o a --zoom 5", "--zoom: only with --mode reference"},

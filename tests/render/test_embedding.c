@@ -87,6 +87,8 @@ static void test_impossible_values(void **state)
         {{.rings_per_level = 3}, "3"},
         {{.transform = 77}, "77"},
         {{.mode = 77}, "mode: 77"},
+        {{.mode = PERIGEE_MODE_PLANAR, .planar_form = 5}, "planar mode: 5"},
+        {{.mode = PERIGEE_MODE_PLANAR, .planar_triangles = 5000}, "bound of 5000 triangles"},
         {{.mode = PERIGEE_MODE_PLANAR, .planar_n = 64}, "across a square: 64"},
         {{.mode = PERIGEE_MODE_PLANAR, .planar_n = 15}, "across a square: 15"},
         {{.mode = PERIGEE_MODE_PLANAR, .planar_n = -1}, "across a square: -1"},

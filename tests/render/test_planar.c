@@ -61,6 +61,19 @@ static int level_borders(void)
     return gaps_met(&seen, GAPS_LEVEL) > 0;
 }
 
+// With what happens to be there of a new place. Near the ground late data may lie above the camera.
+static int check_late(perigee_view *view, const char *what, int frame, const struct flight *f)
+{
+    scene_bind(GAPS_WIDTH, GAPS_HEIGHT);
+    assert_int_equal(perigee_view_set_camera(view, &f->c), 0);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(perigee_view_render(view, GAPS_WIDTH, GAPS_HEIGHT), 0);
+        gaps_read(view, &seen);
+        if (f->above > 200) check_gaps(what, frame, &f->c);
+    }
+    return seen.late;
+}
+
 static void fly_everywhere(const char *what, const perigee_view_params *params, int flights,
                            uint64_t seed)
 {
@@ -71,12 +84,13 @@ static void fly_everywhere(const char *what, const perigee_view_params *params, 
     with.identify = true;
     perigee_view *view = scene_view(planet, &with);
     struct check_random r = {seed};
-    int met = 0, antimeridian = 0;
+    int met = 0, antimeridian = 0, late = 0;
     for (int i = 0; i < flights; i++) {
         struct flight f = random_flight(&r, 60);
         if (i % 4 == 0) f.c.lon_deg = 179.9999;
         for (int k = 0; k < FRAMES; k++) {
             fly_on(&f);
+            if (k == 0) late += check_late(view, what, i * FRAMES, &f);
             scene_render(view, &f.c, GAPS_WIDTH, GAPS_HEIGHT);
             gaps_read(view, &seen);
             check_gaps(what, i * FRAMES + k, &f.c);
@@ -84,10 +98,10 @@ static void fly_everywhere(const char *what, const perigee_view_params *params, 
             antimeridian += gaps_met(&seen, GAPS_ANTIMERIDIAN) > 0;
         }
     }
-    print_message("%s: %d flights of %d frames, no hole; in the middle %d x level border, %d x "
-                  "antimeridian\n",
-                  what, flights, FRAMES, met, antimeridian);
-    assert_true(met > flights);
+    print_message("%s: %d flights of %d frames, %d begun late, no hole; in the middle %d x level "
+                  "border, %d x antimeridian\n",
+                  what, flights, FRAMES, late, met, antimeridian);
+    assert_true(met > flights && late > 0);
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
 }
@@ -95,12 +109,92 @@ static void fly_everywhere(const char *what, const perigee_view_params *params, 
 static void test_watertight(void **state)
 {
     (void)state;
-    fly_everywhere("n = 255", &(perigee_view_params){0}, 8 * times, 17);
-    fly_everywhere("n = 63", &(perigee_view_params){.planar_n = 63}, 4 * times, 18);
+    fly_everywhere("n = 255", &(perigee_view_params){0}, 5 * times, 17);
+    fly_everywhere("n = 63", &(perigee_view_params){.planar_n = 63}, 2 * times, 18);
     fly_everywhere("n = 127 of 512", &(perigee_view_params){.planar_n = 127, .texels = 512},
                    2 * times, 19);
     fly_everywhere("n = 31, no culling", &(perigee_view_params){.planar_n = 31, .no_cull = true},
                    2 * times, 20);
+}
+
+static void test_watertight_2004(void **state)
+{
+    (void)state;
+    fly_everywhere("2004, n = 255", &(perigee_view_params){.planar_form = PERIGEE_PLANAR_2004},
+                   3 * times, 21);
+    fly_everywhere("2004, n = 63, 10,000 triangles",
+                   &(perigee_view_params){.planar_form = PERIGEE_PLANAR_2004,
+                                          .planar_n = 63,
+                                          .planar_triangles = 10000},
+                   2 * times, 22);
+}
+
+// Footprints and rectangles are the same triangles: the same depths, to the last bit.
+static void test_forms_agree(void **state)
+{
+    (void)state;
+    static struct gaps_frame other;
+    perigee_planet *planet = scene_planet();
+    perigee_view_params params = {.mode = PERIGEE_MODE_PLANAR, .identify = true};
+    perigee_view *a = scene_view(planet, &params);
+    params.planar_form = PERIGEE_PLANAR_2004;
+    perigee_view *b = scene_view(planet, &params);
+    struct check_random r = {3};
+    for (int i = 0; i < 8; i++) {
+        struct flight f = random_flight(&r, 80);
+        f.c.alt_m = ground(&f.c) + f.above;
+        scene_render(a, &f.c, GAPS_WIDTH, GAPS_HEIGHT);
+        gaps_read(a, &seen);
+        scene_render(b, &f.c, GAPS_WIDTH, GAPS_HEIGHT);
+        gaps_read(b, &other);
+        assert_memory_equal(seen.z, other.z, sizeof seen.z);
+        perigee_stats sa, sb;
+        perigee_view_get_stats(a, &sa);
+        perigee_view_get_stats(b, &sb);
+        assert_int_equal(sa.triangles_total, sb.triangles_total);
+        assert_true(sb.triangles_drawn < sa.triangles_drawn); // rectangles fit the frustum closer
+    }
+    perigee_view_destroy(&a);
+    perigee_view_destroy(&b);
+    perigee_planet_close(&planet);
+}
+
+// Regions shrink until the bound is kept, and the ground stays whole.
+static void test_throttling(void **state)
+{
+    (void)state;
+    static const uint32_t bounds[] = {0, 100000, 50000, 25000};
+    uint64_t drawn[4];
+    perigee_planet *planet = scene_planet();
+    perigee_camera c = {
+        .lat_deg = 40, .lon_deg = 20, .heading_deg = 70, .pitch_deg = -15, .fov_deg = 70};
+    c.alt_m = ground(&c) + 3000;
+    for (int i = 0; i < 4; i++) {
+        perigee_view_params params = {.mode = PERIGEE_MODE_PLANAR,
+                                      .identify = true,
+                                      .planar_form = PERIGEE_PLANAR_2004,
+                                      .planar_triangles = bounds[i]};
+        perigee_view *view = scene_view(planet, &params);
+        scene_render(view, &c, GAPS_WIDTH, GAPS_HEIGHT);
+        gaps_read(view, &seen);
+        check_gaps("throttled", i, &c);
+        perigee_stats stats;
+        perigee_view_get_stats(view, &stats);
+        drawn[i] = stats.triangles_drawn;
+        perigee_view_destroy(&view);
+    }
+    print_message(
+        "triangles, zero-area ones included: %llu without a bound, %llu, %llu, %llu within "
+        "100,000, 50,000, 25,000\n",
+        (unsigned long long)drawn[0], (unsigned long long)drawn[1], (unsigned long long)drawn[2],
+        (unsigned long long)drawn[3]);
+    enum { BORDERS = 22 * 508 };
+    assert_true(drawn[0] > 150000);
+    for (int i = 1; i < 4; i++) {
+        assert_true(drawn[i] <= bounds[i] + BORDERS);
+        assert_true(drawn[i] >= bounds[i] / 2);
+    }
+    perigee_planet_close(&planet);
 }
 
 // Even where wrapping fails nothing is open.
@@ -115,7 +209,7 @@ static void test_poles_have_no_hole(void **state)
     perigee_view *view = scene_view(planet, &params);
     int told = 0;
     for (int i = 0; i < 9; i++) {
-        for (int k = 0; k < 4; k++) {
+        for (int k = i % 2; k<4; k += times> 1 ? 1 : 2) {
             perigee_camera c = {.lat_deg = places[i][0],
                                 .lon_deg = places[i][1],
                                 .heading_deg = 90 * k,
@@ -131,8 +225,8 @@ static void test_poles_have_no_hole(void **state)
             assert_true(stats.map_edge || fabs(c.lat_deg) < 84.5);
         }
     }
-    print_message("%d of 36 frames with a pole in sight, no hole\n", told);
-    assert_true(told >= 28);
+    print_message("%d frames with a pole in sight, no hole\n", told);
+    assert_true(told >= 14);
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
 }
@@ -140,8 +234,10 @@ static void test_poles_have_no_hole(void **state)
 int main(int argc, char **argv)
 {
     if (argc > 1) times = atoi(argv[1]);
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_watertight),
-                                       cmocka_unit_test(test_poles_have_no_hole)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_watertight), cmocka_unit_test(test_watertight_2004),
+        cmocka_unit_test(test_forms_agree), cmocka_unit_test(test_throttling),
+        cmocka_unit_test(test_poles_have_no_hole)};
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
