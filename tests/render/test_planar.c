@@ -74,8 +74,8 @@ static int check_late(perigee_view *view, const char *what, int frame, const str
     return seen.late;
 }
 
-static void fly_everywhere(const char *what, const perigee_view_params *params, int flights,
-                           uint64_t seed)
+static int fly_everywhere(const char *what, const perigee_view_params *params, int flights,
+                          uint64_t seed)
 {
     enum { FRAMES = 6 };
     perigee_planet *planet = scene_planet();
@@ -101,32 +101,34 @@ static void fly_everywhere(const char *what, const perigee_view_params *params, 
     print_message("%s: %d flights of %d frames, %d begun late, no hole; in the middle %d x level "
                   "border, %d x antimeridian\n",
                   what, flights, FRAMES, late, met, antimeridian);
-    assert_true(met > flights && late > 0);
+    assert_true(late > 0);
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
+    return met;
 }
 
 static void test_watertight(void **state)
 {
     (void)state;
-    fly_everywhere("n = 255", &(perigee_view_params){0}, 5 * times, 17);
-    fly_everywhere("n = 63", &(perigee_view_params){.planar_n = 63}, 2 * times, 18);
-    fly_everywhere("n = 127 of 512", &(perigee_view_params){.planar_n = 127, .texels = 512},
-                   2 * times, 19);
-    fly_everywhere("n = 31, no culling", &(perigee_view_params){.planar_n = 31, .no_cull = true},
-                   2 * times, 20);
+    const perigee_view_params small = {.planar_n = 63}, half = {.planar_n = 127, .texels = 512},
+                              all = {.planar_n = 31, .no_cull = true};
+    int met = fly_everywhere("n = 255", &(perigee_view_params){0}, 5 * times, 17);
+    met += fly_everywhere("n = 63", &small, 2 * times, 18);
+    met += fly_everywhere("n = 127 of 512", &half, 2 * times, 19);
+    met += fly_everywhere("n = 31, no culling", &all, 2 * times, 20);
+    assert_true(met > 12);
 }
 
 static void test_watertight_2004(void **state)
 {
     (void)state;
-    fly_everywhere("2004, n = 255", &(perigee_view_params){.planar_form = PERIGEE_PLANAR_2004},
-                   3 * times, 21);
-    fly_everywhere("2004, n = 63, 10,000 triangles",
-                   &(perigee_view_params){.planar_form = PERIGEE_PLANAR_2004,
-                                          .planar_n = 63,
-                                          .planar_triangles = 10000},
-                   2 * times, 22);
+    const perigee_view_params whole = {.planar_form = PERIGEE_PLANAR_2004},
+                              bound = {.planar_form = PERIGEE_PLANAR_2004,
+                                       .planar_n = 63,
+                                       .planar_triangles = 10000};
+    int met = fly_everywhere("2004, n = 255", &whole, 3 * times, 21);
+    met += fly_everywhere("2004, n = 63, 10,000 triangles", &bound, 2 * times, 22);
+    assert_true(met > 6);
 }
 
 // Footprints and rectangles are the same triangles: the same depths, to the last bit.
@@ -207,9 +209,9 @@ static void test_poles_have_no_hole(void **state)
     perigee_planet *planet = scene_planet();
     perigee_view_params params = {.mode = PERIGEE_MODE_PLANAR, .identify = true};
     perigee_view *view = scene_view(planet, &params);
-    int told = 0;
+    int told = 0, step = times > 1 ? 1 : 2;
     for (int i = 0; i < 9; i++) {
-        for (int k = i % 2; k<4; k += times> 1 ? 1 : 2) {
+        for (int k = i % 2; k < 4; k += step) {
             perigee_camera c = {.lat_deg = places[i][0],
                                 .lon_deg = places[i][1],
                                 .heading_deg = 90 * k,
