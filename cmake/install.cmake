@@ -29,5 +29,5 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/perigee-config.cmake ${CMAKE_CURRENT_B
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/perigee)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/perigee.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/perigee)
-install(FILES doc/perigee.1 doc/perigee-compare.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES doc/perigee.1 doc/perigee-compare.1 doc/perigee-import.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -1,5 +1,6 @@
 #include "app/command.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <unistd.h>
 
@@ -20,6 +21,10 @@ static import_params raster_params(const struct options *o)
         .ellipsoid = o->ellipsoid,
         .threads = o->view_params.threads,
         .feather_rows = o->feather_rows,
+        .quantum = o->codec == CODEC_EXACT ? 0
+                   : isnan(o->quantum)     ? QUANTUM_AUTO
+                                           : o->quantum,
+        .max_error = o->codec == CODEC_BOUNDED ? o->max_error : 0,
         .resume = o->resume,
         .force = o->force,
     };

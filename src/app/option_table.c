@@ -37,6 +37,14 @@ const struct option_spec option_table[] = {
      "the rasters that follow lie on top of all of a lower priority, -1000..1000 (default 0)"},
     {"feather", 0, M, GROUP_IMPORT, INTEGER(feather_rows, 0, 255, "N"),
      "blend seams over N samples of the finer raster, 0..255 (default 8; 0: hard edges)"},
+    {"codec", 0, M, GROUP_IMPORT, VALUE(option_codec, "CODEC"),
+     "how heights are stored: lossless (on a grid, default), exact (as floats, at many times the size) or bounded: as "
+     "what each tile adds to its parent, off by at most --max-error"},
+    {"max-error", 0, M, GROUP_IMPORT, NUMBER(max_error, 0x1p-8, 4096, "M"),
+     "with --codec bounded: the greatest error of any height, in metres"},
+    {"quantum", 0, M, GROUP_IMPORT, NUMBER(quantum, 0x1p-12, 256, "M"),
+     "step of the grid of heights, rounded down to a power of two; heights are at most half of it off "
+     "(default: 1/2048 of the distance of a zoom's samples, 1/64 to 1 m)"},
     {"body", 0, M, GROUP_IMPORT, VALUE(option_body, "BODY"),
      "earth (WGS84, default), moon, mars, or a JSON file with \"equatorialRadius\" and \"polarRadius\" in metres"},
     {"bounds", 0, M, GROUP_IMPORT, VALUE(option_bounds, "W,S,E,N"),

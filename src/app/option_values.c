@@ -138,6 +138,15 @@ status option_filter(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+status option_codec(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"lossless", "exact", "bounded"};
+    int found = find_name(value, names, 3);
+    if (found < 0) return refuse(name, value, "lossless, exact or bounded");
+    o->codec = (enum option_codec)found;
+    return OK;
+}
+
 status option_texcoord(struct options *o, const char *name, const char *value)
 {
     static const char *const names[] = {"fragment", "vertex"};

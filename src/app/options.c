@@ -196,6 +196,14 @@ static status check_import(const struct options *o)
         log_error("import: no raster given (--height, --color, --night or --earth)");
         return ERR_ARGUMENT;
     }
+    if ((o->codec == CODEC_BOUNDED) != !isnan(o->max_error)) {
+        log_error("import: --codec bounded and --max-error go together");
+        return ERR_ARGUMENT;
+    }
+    if (!isnan(o->quantum) && o->codec != CODEC_LOSSLESS) {
+        log_error("--quantum %g: only with --codec lossless", o->quantum);
+        return ERR_ARGUMENT;
+    }
     return o->earth || o->estimate ? OK : require(o, o->output, "-o");
 }
 
@@ -277,6 +285,8 @@ status options_parse(enum command command, int argc, char **argv, struct options
         .side_b = "reference",
         .source_layer = LAYER_COUNT,
         .feather_rows = 8,
+        .quantum = NAN,
+        .max_error = NAN,
         .sources = NEW_ARRAY(import_source, (size_t)argc + 1),
     };
     status s = parse_all(out, argc, argv);

@@ -30,6 +30,8 @@ bool command_find(const char *name, enum command *out);
 
 enum { OPTIONS_MAX_LAYERS = 15 };
 
+enum option_codec { CODEC_LOSSLESS, CODEC_EXACT, CODEC_BOUNDED };
+
 struct options {
     enum command command;
     bool help, quiet, verbose;
@@ -75,6 +77,9 @@ struct options {
     const char *source_vertical;  // of the rasters that follow; NULL: as they declare
     int source_priority;          // of the rasters that follow
     int feather_rows;
+    enum option_codec codec; // of heights
+    double max_error;        // of --codec bounded, in metres; NaN: not given
+    double quantum;          // of heights, in metres; NaN: not given
     const char *name, *attribution;
     const char
         *body_name; // of --body, NULL when not given; `body_text` holds a name read from a file

@@ -1,5 +1,5 @@
-// Height bodies: OpenEXR images in memory, one part of scan lines, one float channel "Z", ZIP;
-// tiles of one height as in codec_uniform.h.
+// Height bodies: what kind one is, and OpenEXR images in memory: one part of scan lines, one float
+// channel "Z", ZIP.
 #include "planet/codec.h"
 
 #include <math.h>
@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "planet/codec_bounded.h"
+#include "planet/codec_grid.h"
 #include "planet/codec_uniform.h"
 
 enum {
@@ -178,6 +180,26 @@ status codec_height_encode(const float *samples, codec_blob *out)
     return OK;
 }
 
+status codec_height_encode_grid(float *samples, int exponent, codec_blob *out)
+{
+    *out = (codec_blob){0};
+    int32_t *counts = malloc(SAMPLES * sizeof *counts);
+    if (!counts) return ERR_MEMORY;
+    bool holes;
+    status s = OK;
+    if (!grid_round(samples, exponent, counts, &holes)) {
+        s = codec_height_encode(samples, out);
+    } else {
+        const float quantum = ldexpf(1, exponent);
+        for (int i = 0; i < SAMPLES; i++)
+            samples[i] = isfinite(samples[i]) ? (float)counts[i] * quantum : NAN;
+        if (!uniform_encode_height(samples, out))
+            s = grid_encode(counts, exponent, holes ? samples : NULL, out);
+    }
+    free(counts);
+    return s;
+}
+
 // Is the open image what codec_height_encode makes?
 static bool is_height_image(exr_context_t ctxt)
 {
@@ -233,6 +255,7 @@ status codec_height_decode(const void *data, size_t size, float *samples)
 {
     if (size == 0 || size > MAX_BODY) return ERR_FORMAT;
     if (uniform_decode_height(data, size, samples)) return OK;
+    if (grid_is_body(data, size)) return grid_decode(data, size, samples);
     struct memory_file file = {(unsigned char *)data, size, size};
     exr_context_initializer_t init = initializer(&file);
     init.flags = EXR_CONTEXT_FLAG_STRICT_HEADER | EXR_CONTEXT_FLAG_SILENT_HEADER_PARSE |
@@ -246,4 +269,19 @@ status codec_height_decode(const void *data, size_t size, float *samples)
     for (int i = 0; i < SAMPLES; i++)
         if (!isfinite(samples[i])) samples[i] = NAN;
     return OK;
+}
+
+status codec_height_decode_tile(tile_id id, const void *data, size_t size, codec_parent parent,
+                                void *user, float *samples)
+{
+    if (!bounded_is_body(data, size)) return codec_height_decode(data, size, samples);
+    float *above = malloc(2 * SAMPLES * sizeof *above);
+    if (!above) return ERR_MEMORY;
+    status s = id.zoom > 0 ? parent(user, tile_parent(id), above) : ERR_NOT_FOUND;
+    if (s == OK || s == ERR_NOT_FOUND) {
+        bounded_predict(id, s ? NULL : above, above + SAMPLES);
+        s = bounded_decode(data, size, above + SAMPLES, samples);
+    }
+    free(above);
+    return s;
 }

@@ -12,14 +12,17 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "planet/codec_bounded.h"
+#include "planet/codec_grid.h"
 #include "planet/import_blend.h"
 #include "planet/import_crew.h"
 #include "planet/import_inputs.h"
 #include "planet/import_sources.h"
+#include "planet/quantum.h"
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
-enum { IMPORT_VERSION = 2, CACHE_BYTES = 192 << 20 };
+enum { IMPORT_VERSION = 3, CACHE_BYTES = 192 << 20 };
 
 // One import under way.
 struct import {
@@ -33,6 +36,7 @@ struct import {
     struct crew *crew;
     double began_s;
     uint64_t tiles, samples;
+    double quantum; // of the heights in the parts
 };
 
 static double now_s(void)
@@ -114,6 +118,7 @@ static struct workshop *make_workshop(const struct import *im, const struct laye
                                               .ellipsoid = im->ellipsoid,
                                               .bounds = im->bounds,
                                               .feather = im->params->feather_rows,
+                                              .quantum = im->quantum,
                                               .cache = cache});
 }
 
@@ -177,9 +182,11 @@ static char *make_fingerprint(const struct import *im, const char *made_from)
     char *text = NULL;
     size_t size = 0;
     FILE *f = open_memstream(&text, &size);
-    fprintf(f, "import %d, ellipsoid %.17g %.17g, bounds %.17g %.17g %.17g %.17g, feather %d\n",
+    fprintf(f,
+            "import %d, ellipsoid %.17g %.17g, bounds %.17g %.17g %.17g %.17g, feather %d, "
+            "quantum %.17g\n",
             IMPORT_VERSION, im->ellipsoid.a, im->ellipsoid.b, im->bounds.west, im->bounds.south,
-            im->bounds.east, im->bounds.north, im->params->feather_rows);
+            im->bounds.east, im->bounds.north, im->params->feather_rows, im->quantum);
     for (int i = 0; i < im->count; i++) {
         const import_input *in = &im->inputs[i];
         VSIStatBufL st = {0};
@@ -222,6 +229,15 @@ static void fill_meta(const struct import *im, struct planet_meta *meta)
 {
     const import_params *p = im->params;
     *meta = (struct planet_meta){.ellipsoid = im->ellipsoid, .complete = true};
+    meta->max_error = p->max_error;
+    if (im->quantum != 0 && p->max_error == 0) {
+        int finest = 0;
+        for (int i = 0; i < im->count; i++)
+            if (im->inputs[i].source.layer == LAYER_HEIGHT && im->grids[i].zoom > finest)
+                finest = im->grids[i].zoom;
+        meta->quantum = ldexp(1, quantum_exponent(im->quantum, 0, meta->ellipsoid.a));
+        meta->quantum_finest = ldexp(1, quantum_exponent(im->quantum, finest, meta->ellipsoid.a));
+    }
     if (p->name) {
         snprintf(meta->name, sizeof meta->name, "%s", p->name);
     } else {
@@ -283,7 +299,8 @@ static status join(struct import *im, const char *joining)
 {
     struct planet_meta meta;
     fill_meta(im, &meta);
-    status s = import_store_join(im->store, joining, &meta, report_join, im, &im->tiles);
+    status s = import_store_join(im->store, joining, &meta, im->params->threads, report_join, im,
+                                 &im->tiles);
     if (!s) s = move_into_place(joining, im->params->output);
     if (s) unlink(joining);
     return s;
@@ -356,6 +373,18 @@ static status prepare(struct import *im)
         log_error("a feather of %d rows is not in 0..%d", p->feather_rows, BLEND_MAX_ROWS);
         return ERR_ARGUMENT;
     }
+    if (!quantum_is_good(p->quantum)) {
+        log_error("a quantum of %g m is not in %g..%g", p->quantum, ldexp(1, GRID_EXPONENT_MIN),
+                  ldexp(1, GRID_EXPONENT_MAX + 1));
+        return ERR_ARGUMENT;
+    }
+    bool bounded = p->max_error >= BOUNDED_MIN_ERROR && p->max_error <= BOUNDED_MAX_ERROR;
+    if (p->max_error != 0 && !bounded) {
+        log_error("a greatest error of %g m is not in %g..%g", p->max_error, BOUNDED_MIN_ERROR,
+                  BOUNDED_MAX_ERROR);
+        return ERR_ARGUMENT;
+    }
+    im->quantum = bounded ? ldexp(1, bounded_exponent(p->max_error)) : p->quantum;
     status s = read_bounds(p->bounds_deg, &im->bounds);
     if (s) return s;
     im->grids = NEW_ARRAY(raster_grid, (size_t)im->count);

@@ -16,6 +16,7 @@
 
 #include "planet/import_team.h"
 #include "planet/planet_file.h"
+#include "planet/quantum.h"
 
 typedef struct import_source {
     enum tile_layer layer;
@@ -47,8 +48,15 @@ typedef struct import_params {
     geo_ellipsoid ellipsoid; // zero: WGS84
     int feather_rows;        // width over which seams are blended, in rows of the finer source, up
                              // to 255; 0: none
-    double bounds_deg[4];    // west, south, east, north; all zero: everything the sources cover
-    int threads;             // 0: one for each processor
+    // Heights are stored as multiples of the greatest power of two up to this many metres (2^-12 to
+    // 2^8), at most half of it off; QUANTUM_AUTO: of one for each zoom; 0: as the floats they are,
+    // at many times the size.
+    double quantum;
+    // > 0: heights are stored at most this many metres off, as codec_bounded.h (`quantum` is not
+    // looked at); checked for every tile.
+    double max_error;
+    double bounds_deg[4]; // west, south, east, north; all zero: everything the sources cover
+    int threads;          // 0: one for each processor
     bool resume; // go on with the committed tiles of an interrupted import of the same sources
     bool force;  // replace an existing output
     // Put the sources on top of the finished planet at `output` (where they are not coarser than

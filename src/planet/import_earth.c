@@ -19,6 +19,9 @@
 
 #define ATLAS_DIR "/usr/share/marble/data/maps"
 
+// Well under what the atlas's grey levels say, and fine enough that gentle slopes are no steps.
+#define HEIGHT_QUANTUM_M 0x1p-6
+
 // Raise when the same atlas gives other heights.
 enum { EARTH_VERSION = 1 };
 
@@ -163,6 +166,7 @@ static status import_layers(struct earth *e)
     import_params params = {.output = p->output,
                             .name = "Earth",
                             .attribution = attribution,
+                            .quantum = HEIGHT_QUANTUM_M,
                             .threads = p->threads,
                             .resume = p->resume,
                             .force = p->force,

@@ -10,6 +10,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "planet/import_bounded.h"
 #include "planet/synthesis.h"
 
 // Invariant: `lock` guards the writer and every part.
@@ -254,7 +255,14 @@ static status pick(struct heads *h, int *best)
     return OK;
 }
 
-static status join_rows(struct heads *h, struct planet_writer *w,
+static bool is_height_next(const struct heads *h)
+{
+    for (int i = 0; i < h->count; i++)
+        if (h->parts[i] && h->rows[i].id.layer == LAYER_HEIGHT) return true;
+    return false;
+}
+
+static status join_rows(struct heads *h, struct planet_writer *w, struct bounder *bounder,
                         bool (*progress)(void *user, double done), void *user, uint64_t *tiles)
 {
     status s = OK;
@@ -263,8 +271,12 @@ static status join_rows(struct heads *h, struct planet_writer *w,
     *tiles = 0;
     for (int best; !s && !(s = pick(h, &best)) && best >= 0; ++*tiles) {
         const planet_row *r = &h->rows[best];
-        s = planet_writer_put_hashed(w, r->id, &r->body, r->hash, r->min, r->max);
+        bool height = r->id.layer == LAYER_HEIGHT;
+        if (bounder && height) s = bounder_put(bounder, r);
+        else s = planet_writer_put_hashed(w, r->id, &r->body, r->hash, r->min, r->max);
         if (!s) s = advance(h, best);
+        // Heights come first; they are all written before another layer's tile is.
+        if (!s && bounder && height && !is_height_next(h)) s = bounder_flush(bounder);
         if (!s && *tiles % 256 == 0 && progress &&
             progress(user, (double)*tiles / (double)(h->total + 1)))
             s = ERR_CANCELLED;
@@ -273,14 +285,18 @@ static status join_rows(struct heads *h, struct planet_writer *w,
 }
 
 status import_store_join(struct import_store *store, const char *path, struct planet_meta *meta,
-                         bool (*progress)(void *user, double done), void *user, uint64_t *tiles)
+                         int threads, bool (*progress)(void *user, double done), void *user,
+                         uint64_t *tiles)
 {
     struct heads h = {0};
     struct planet_writer *w = NULL;
     status s = each_part(store->part, add_head, &h);
     if (!s && store->base_path) s = add_head(&h, store->base_path);
     if (!s) s = planet_writer_open_bulk(path, store->fingerprint, &w);
-    if (!s) s = join_rows(&h, w, progress, user, tiles);
+    struct bounder *bounder =
+        !s && meta->max_error > 0 ? bounder_create(w, meta->max_error, threads) : NULL;
+    if (!s) s = join_rows(&h, w, bounder, progress, user, tiles);
+    bounder_destroy(&bounder);
     if (!s) s = planet_measure_gain(w, meta->ellipsoid.a, &meta->synthesis_gain);
     if (!s) s = planet_writer_finish(w, meta);
     planet_writer_close(&w);

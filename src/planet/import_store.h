@@ -37,10 +37,12 @@ status import_store_get(struct import_store *store, tile_id id, codec_blob *body
 status import_store_commit(struct import_store *store);
 
 // Gathers all parts and the base (where no part has a tile) in the canonical order into a finished
-// planet at `path`: the same tiles give the same bytes. For one rank, when all have sealed and
+// planet at `path`: the same tiles give the same bytes. With meta->max_error heights are coded
+// anew (import_bounded.h), by so many threads. For one rank, when all have sealed and
 // before any looks. tiles: how many there are.
 status import_store_join(struct import_store *store, const char *path, struct planet_meta *meta,
-                         bool (*progress)(void *user, double done), void *user, uint64_t *tiles);
+                         int threads, bool (*progress)(void *user, double done), void *user,
+                         uint64_t *tiles);
 
 // Removes all parts, closed by all. `part` as in the params.
 void import_store_remove(const char *part);

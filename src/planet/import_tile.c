@@ -8,6 +8,7 @@
 #include "planet/filter.h"
 #include "planet/import_light.h"
 #include "planet/import_workshop.h"
+#include "planet/quantum.h"
 
 enum { PIXEL_QUALITY = 90 };
 
@@ -112,10 +113,25 @@ static status compose(struct workshop *w, struct bench *b, tile_id id, bool *any
     return OK;
 }
 
-static status encode_heights(struct bench *b, made_tile *out)
+static bool is_empty(const float *samples)
+{
+    for (int i = 0; i < SAMPLES; i++)
+        if (!isnan(samples[i])) return false;
+    return true;
+}
+
+// A tile without heights of its own, but with children that have some, is stored all the same.
+static status encode_heights(const struct workshop *w, struct bench *b, made_tile *out)
 {
     float low = INFINITY, high = -INFINITY;
     bool holes = false;
+    if (b->lowest > b->highest && is_empty(b->tile)) return OK;
+    double quantum = w->params.quantum;
+    int exponent = quantum_exponent(quantum, b->parent.zoom, w->params.ellipsoid.a);
+    status s = quantum == 0 ? codec_height_encode(b->tile, &out->body)
+                            : codec_height_encode_grid(b->tile, exponent, &out->body);
+    if (s) return s;
+    // The range is that of what was stored.
     for (int i = 0; i < SAMPLES; i++) {
         low = b->tile[i] < low ? b->tile[i] : low;
         high = b->tile[i] > high ? b->tile[i] : high;
@@ -124,10 +140,9 @@ static status encode_heights(struct bench *b, made_tile *out)
     out->uniform = low == high && !holes;
     low = fminf(low, b->lowest);
     high = fmaxf(high, b->highest);
-    if (low > high) return OK;
     out->min = low;
     out->max = high;
-    return codec_height_encode(b->tile, &out->body);
+    return OK;
 }
 
 static status encode_pixels(const struct workshop *w, struct bench *b, made_tile *out)
@@ -147,5 +162,5 @@ status workshop_make(struct workshop *w, int worker, tile_id id, made_tile *out)
     *out = (made_tile){0};
     status s = compose(w, b, id, &any);
     if (s || !any) return s;
-    return id.layer == LAYER_HEIGHT ? encode_heights(b, out) : encode_pixels(w, b, out);
+    return id.layer == LAYER_HEIGHT ? encode_heights(w, b, out) : encode_pixels(w, b, out);
 }

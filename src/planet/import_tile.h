@@ -25,7 +25,8 @@ typedef struct workshop_params {
     int count, workers;
     geo_ellipsoid ellipsoid;
     plan_bounds bounds;
-    int feather; // width of blended seams, in rows of the upper mosaic; 0: none
+    int feather;    // width of blended seams, in rows of the upper mosaic; 0: none
+    double quantum; // of heights, as in quantum.h
     struct import_cache *cache;
 } workshop_params;
 

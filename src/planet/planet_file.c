@@ -15,22 +15,30 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "planet/cache.h"
 #include "planet/codec.h"
+#include "planet/codec_bounded.h"
 #include "planet/store.h"
 
 struct connection {
     sqlite3 *db;
     sqlite3_stmt *read, *range;
+    int version;
     struct connection *next;
 };
 
 struct planet_file {
     char *path;
+    int version;    // of the schema
     bool immutable; // left in WAL mode with an empty log: readable without writing beside it
     struct planet_meta meta;
     pthread_mutex_t lock;
     struct connection *idle;
+    struct cache *above; // decoded tiles whose children were read; NULL: no tile needs its parent
 };
+
+// 63 tiles: a way from zoom 0 down, and the neighbours.
+enum { ABOVE_BYTES = 16 << 20 };
 
 static const char read_sql[] =
     "SELECT body.hash, body.data FROM tile LEFT JOIN body ON body.id = tile.body"
@@ -69,7 +77,7 @@ static status connection_open(const struct planet_file *file, struct connection 
     if (!s) store_restrict(c->db);
     if (!s) s = store_exec(c->db, file->path, "PRAGMA cell_size_check = ON");
     if (!s) s = store_exec(c->db, file->path, "PRAGMA cache_size = -1024");
-    if (!s) s = store_check(c->db, file->path);
+    if (!s) s = store_check(c->db, file->path, &c->version);
     if (!s) s = store_prepare(c->db, file->path, read_sql, &c->read);
     if (!s) s = store_prepare(c->db, file->path, range_sql, &c->range);
     if (s) connection_close(&c);
@@ -146,6 +154,14 @@ static status check_file(struct planet_file *file)
     return s;
 }
 
+static status make_above(void *user, struct want *want, tile_id id, void *samples,
+                         struct cache_made *made)
+{
+    (void)want;
+    (void)made;
+    return planet_file_read_height(user, id, samples);
+}
+
 status planet_file_open(const char *path, struct planet_file **out)
 {
     struct planet_file *file = NEW(struct planet_file);
@@ -154,7 +170,9 @@ status planet_file_open(const char *path, struct planet_file **out)
     pthread_mutex_init(&file->lock, NULL);
     status s = check_file(file);
     if (!s) s = checkout(file, &file->idle);
+    if (!s) file->version = file->idle->version;
     if (!s) s = store_meta_read(file->idle->db, path, &file->meta);
+    if (!s && file->meta.max_error > 0) file->above = cache_create(ABOVE_BYTES, make_above, file);
     if (s) planet_file_close(&file);
     *out = file;
     return s;
@@ -164,6 +182,7 @@ void planet_file_close(struct planet_file **file)
 {
     struct planet_file *f = *file;
     if (!f) return;
+    cache_destroy(&f->above);
     while (f->idle) {
         struct connection *c = f->idle;
         f->idle = c->next;
@@ -193,33 +212,69 @@ static status check_row(const struct planet_file *file, tile_id id, sqlite3_stmt
     *size = *data ? (size_t)sqlite3_column_bytes(stmt, 1) : 0;
     if (sqlite3_column_type(stmt, 1) != SQLITE_BLOB || *size == 0)
         return tile_fault(file, id, "its body is missing");
-    return store_check_body(file->path, id, *data, *size, sqlite3_column_int64(stmt, 0));
+    return store_check_body(file->path, file->version, id, *data, *size,
+                            sqlite3_column_int64(stmt, 0));
 }
 
-static status decode_row(const struct planet_file *file, tile_id id, sqlite3_stmt *stmt, void *out)
+// Heights, or the body of what they are made of with their parent's.
+struct heights {
+    struct planet_file *file;
+    float *samples;
+    codec_blob body;
+    status above; // of reading the parent
+};
+
+static status copy_body(const void *data, size_t size, codec_blob *out)
+{
+    out->data = malloc(size);
+    if (!out->data) return ERR_MEMORY;
+    memcpy(out->data, data, size);
+    out->size = size;
+    return OK;
+}
+
+static status decode_heights(const struct planet_file *file, tile_id id, sqlite3_stmt *stmt,
+                             void *out)
+{
+    struct heights *h = out;
+    const void *data;
+    size_t size;
+    status s = check_row(file, id, stmt, &data, &size);
+    if (s) return s;
+    // The parent is read when this row is done with.
+    if (file->above && bounded_is_body(data, size)) return copy_body(data, size, &h->body);
+    s = codec_height_decode(data, size, h->samples);
+    return s == ERR_FORMAT ? tile_fault(file, id, "corrupt: its body is no such image") : s;
+}
+
+static status read_above(void *user, tile_id id, float *samples)
+{
+    struct heights *h = user;
+    const pyramid_tile *tile;
+    h->above = cache_acquire(h->file->above, NULL, id, &tile);
+    if (h->above) return h->above;
+    memcpy(samples, tile->heights, CACHE_SAMPLE_BYTES);
+    cache_release(h->file->above, &tile);
+    return OK;
+}
+
+static status decode_pixels(const struct planet_file *file, tile_id id, sqlite3_stmt *stmt,
+                            void *out)
 {
     const void *data;
     size_t size;
     status s = check_row(file, id, stmt, &data, &size);
     if (s) return s;
-    s = id.layer == LAYER_HEIGHT
-            ? codec_height_decode(data, size, out)
-            : codec_pixels_decode(data, size, id.layer == LAYER_COLOR ? 3 : 1, out);
+    s = codec_pixels_decode(data, size, id.layer == LAYER_COLOR ? 3 : 1, out);
     return s == ERR_FORMAT ? tile_fault(file, id, "corrupt: its body is no such image") : s;
 }
 
 static status copy_row(const struct planet_file *file, tile_id id, sqlite3_stmt *stmt, void *out)
 {
-    codec_blob *blob = out;
     const void *data;
     size_t size;
     status s = check_row(file, id, stmt, &data, &size);
-    if (s) return s;
-    blob->data = malloc(size);
-    if (!blob->data) return ERR_MEMORY;
-    memcpy(blob->data, data, size);
-    blob->size = size;
-    return OK;
+    return s ? s : copy_body(data, size, out);
 }
 
 typedef status (*take_row)(const struct planet_file *, tile_id, sqlite3_stmt *, void *);
@@ -249,13 +304,22 @@ status planet_file_read_body(struct planet_file *file, tile_id id, struct codec_
 status planet_file_read_height(struct planet_file *file, tile_id id, float *heights)
 {
     assert(id.layer == LAYER_HEIGHT);
-    return read_tile(file, id, decode_row, heights);
+    struct heights h = {.file = file, .samples = heights};
+    status s = read_tile(file, id, decode_heights, &h);
+    if (!s && h.body.size) {
+        s = codec_height_decode_tile(id, h.body.data, h.body.size, read_above, &h, heights);
+        // A parent that cannot be read has been named.
+        if (s == ERR_FORMAT && h.above != ERR_FORMAT)
+            tile_fault(file, id, "corrupt: its body is no such image");
+    }
+    codec_blob_deinit(&h.body);
+    return s;
 }
 
 status planet_file_read_pixels(struct planet_file *file, tile_id id, unsigned char *pixels)
 {
     assert(id.layer == LAYER_COLOR || id.layer == LAYER_NIGHT);
-    return read_tile(file, id, decode_row, pixels);
+    return read_tile(file, id, decode_pixels, pixels);
 }
 
 status planet_file_read_range(struct planet_file *file, tile_id id, float *min, float *max)
@@ -277,6 +341,32 @@ status planet_file_read_range(struct planet_file *file, tile_id id, float *min, 
             s = tile_fault(file, id, "corrupt: impossible range of heights");
     }
     sqlite3_reset(c->range);
+    checkin(file, c);
+    return s;
+}
+
+static const char size_sql[] =
+    "SELECT (SELECT count(*) FROM tile WHERE layer = ?1), (SELECT ifnull(sum(length(data)), 0)"
+    " FROM body WHERE id IN (SELECT body FROM tile WHERE layer = ?1))";
+
+status planet_file_size(struct planet_file *file, enum tile_layer layer, uint64_t *tiles,
+                        uint64_t *bytes)
+{
+    *tiles = *bytes = 0;
+    struct connection *c;
+    sqlite3_stmt *stmt = NULL;
+    status s = checkout(file, &c);
+    if (s) return s;
+    s = store_prepare(c->db, file->path, size_sql, &stmt);
+    if (!s) {
+        sqlite3_bind_int(stmt, 1, layer);
+        if (sqlite3_step(stmt) != SQLITE_ROW) s = store_error(c->db, file->path);
+    }
+    if (!s) {
+        *tiles = (uint64_t)sqlite3_column_int64(stmt, 0);
+        *bytes = (uint64_t)sqlite3_column_int64(stmt, 1);
+    }
+    sqlite3_finalize(stmt);
     checkin(file, c);
     return s;
 }

@@ -1,5 +1,5 @@
-// The planet file: one SQLite database of tiles. Heights are OpenEXR (float, ZIP) images of 256 x
-// 256 samples, colour and night JPEG. Identical tile bodies are stored once. A kill at any moment
+// The planet file: one SQLite database of tiles of 256 x 256 samples, encoded as in codec.h.
+// Identical tile bodies are stored once. A kill at any moment
 // loses no committed tile. A height sample is metres above the ellipsoid at a cell centre, row 0
 // northmost; NaN where the source had no data (the reader shows the parent's data there). Colour is
 // sRGB-encoded, night is one channel of encoded light.
@@ -12,7 +12,7 @@
 #include "geo/ellipsoid.h"
 #include "planet/grid.h"
 
-enum { PLANET_SCHEMA_VERSION = 2, PLANET_TEXT_SIZE = 512 };
+enum { PLANET_SCHEMA_VERSION = 3, PLANET_TEXT_SIZE = 512 };
 
 struct planet_meta {
     char name[64];
@@ -23,6 +23,13 @@ struct planet_meta {
     // Synthesis below the data: rms of what one zoom adds to its parent, as a share of the parent's
     // local relief (0: none), measured on the finest three zooms at import.
     double synthesis_gain;
+    // Heights are at most half of this many metres from what the import made; 0: what it made, to
+    // the last bit. Each is a multiple of a power of two up to it.
+    double quantum;
+    double quantum_finest; // the same of the finest zoom alone
+    // > 0: heights are at most this many metres from what the import made, and tiles hold what they
+    // add to their parents.
+    double max_error;
     bool complete; // the import that made it has finished
 };
 
@@ -51,6 +58,11 @@ status planet_file_read_body(struct planet_file *file, tile_id id, struct codec_
 // Smallest and greatest height stored in a tile and in the tiles below it, as far as every tile
 // between is stored (an import of version 1: in the tile alone). ERR_NOT_FOUND as above.
 status planet_file_read_range(struct planet_file *file, tile_id id, float *min, float *max);
+
+// How many tiles of a layer are stored, and the bytes of their bodies (each once). Reads all of the
+// layer's rows, but no body.
+status planet_file_size(struct planet_file *file, enum tile_layer layer, uint64_t *tiles,
+                        uint64_t *bytes);
 
 // Calls `each` for every stored tile of a layer, coarse to fine, rows from the north, columns from
 // the west. Rows of the table that name no tile of the grid are left out. Any thread.

@@ -22,6 +22,7 @@ static const char *const statements[STATEMENT_COUNT] = {
 struct planet_part {
     sqlite3 *db;
     char *path;
+    int version;
     sqlite3_stmt *stmt[STATEMENT_COUNT];
 };
 
@@ -37,7 +38,7 @@ static status open_database(struct planet_part *p)
     free(uri);
     if (code != SQLITE_OK) return store_error(p->db, p->path);
     store_restrict(p->db);
-    status s = store_check(p->db, p->path);
+    status s = store_check(p->db, p->path, &p->version);
     for (int i = 0; !s && i < STATEMENT_COUNT; i++)
         s = store_prepare(p->db, p->path, statements[i], &p->stmt[i]);
     return s;
@@ -75,7 +76,7 @@ bool planet_part_has(struct planet_part *p, tile_id id)
 
 status planet_part_get(struct planet_part *p, tile_id id, codec_blob *body, float *min, float *max)
 {
-    return store_get_body(p->db, p->path, p->stmt[GET], id, body, min, max);
+    return store_get_body(p->db, p->path, p->version, p->stmt[GET], id, body, min, max);
 }
 
 status planet_part_next(struct planet_part *p, planet_row *row)
@@ -92,7 +93,11 @@ status planet_part_next(struct planet_part *p, planet_row *row)
         .min = store_float(w, 2),
         .max = store_float(w, 3),
         .hash = sqlite3_column_int64(w, 1)};
-    return store_check_body(p->path, row->id, row->body.data, row->body.size, row->hash);
+    status s =
+        store_check_body(p->path, p->version, row->id, row->body.data, row->body.size, row->hash);
+    if (!s && p->version < PLANET_SCHEMA_VERSION)
+        row->hash = store_hash(row->body.data, row->body.size);
+    return s;
 }
 
 char *planet_part_fingerprint(struct planet_part *p)

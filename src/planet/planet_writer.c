@@ -80,13 +80,14 @@ static status write_schema(struct planet_writer *w, const char *fingerprint)
 static status check_fingerprint(struct planet_writer *w, const char *fingerprint)
 {
     sqlite3_stmt *stmt;
-    status s = store_check(w->db, w->path);
+    int version;
+    status s = store_check(w->db, w->path, &version);
     if (s) return s;
     s = store_prepare(w->db, w->path, "SELECT value FROM meta WHERE key = 'fingerprint'", &stmt);
     if (!s) {
         const char *found =
             sqlite3_step(stmt) == SQLITE_ROW ? (const char *)sqlite3_column_text(stmt, 0) : NULL;
-        if (!found || strcmp(found, fingerprint) != 0) {
+        if (!found || strcmp(found, fingerprint) != 0 || version != PLANET_SCHEMA_VERSION) {
             log_error("%s: begun with other sources or settings, cannot be resumed", w->path);
             s = ERR_ARGUMENT;
         }
@@ -219,7 +220,7 @@ status planet_writer_put_hashed(struct planet_writer *w, tile_id id, const codec
 status planet_writer_get(struct planet_writer *w, tile_id id, codec_blob *body, float *min,
                          float *max)
 {
-    return store_get_body(w->db, w->path, w->stmt[GET], id, body, min, max);
+    return store_get_body(w->db, w->path, PLANET_SCHEMA_VERSION, w->stmt[GET], id, body, min, max);
 }
 
 status planet_writer_commit(struct planet_writer *w)

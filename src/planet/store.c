@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <xxhash.h>
 
 #include "base/log.h"
 #include "base/memory.h"
@@ -13,6 +14,12 @@
 
 int64_t store_hash(const void *data, size_t size)
 {
+    return (int64_t)XXH3_64bits(data, size);
+}
+
+int64_t store_hash_of(int version, const void *data, size_t size)
+{
+    if (version > 2) return store_hash(data, size);
     const unsigned char *bytes = data;
     uint64_t hash = 0xcbf29ce484222325u;
     for (size_t i = 0; i < size; i++) hash = (hash ^ bytes[i]) * 0x100000001b3u;
@@ -74,19 +81,20 @@ void store_bind_tile(sqlite3_stmt *stmt, tile_id id)
     sqlite3_bind_int(stmt, 4, id.col);
 }
 
-status store_check(sqlite3 *db, const char *path)
+status store_check(sqlite3 *db, const char *path, int *version)
 {
-    int application = 0, version = 0;
+    int application = 0;
+    *version = 0;
     status s = store_query_int(db, path, "PRAGMA application_id", &application);
-    if (!s) s = store_query_int(db, path, "PRAGMA user_version", &version);
+    if (!s) s = store_query_int(db, path, "PRAGMA user_version", version);
     if (s) return s;
     if (application != STORE_APPLICATION_ID) {
         log_error("%s: not a planet file", path);
         return ERR_FORMAT;
     }
-    if (version < 1 || version > PLANET_SCHEMA_VERSION) {
+    if (*version < 1 || *version > PLANET_SCHEMA_VERSION) {
         log_error("%s: planet file of version %d, this program reads versions 1 to %d", path,
-                  version, PLANET_SCHEMA_VERSION);
+                  *version, PLANET_SCHEMA_VERSION);
         return ERR_VERSION;
     }
     return OK;
@@ -119,9 +127,10 @@ void store_restrict(sqlite3 *db)
     sqlite3_limit(db, SQLITE_LIMIT_LENGTH, STORE_MAX_BODY + 4096);
 }
 
-status store_check_body(const char *path, tile_id id, const void *data, size_t size, int64_t hash)
+status store_check_body(const char *path, int version, tile_id id, const void *data, size_t size,
+                        int64_t hash)
 {
-    if (store_hash(data, size) == hash) return OK;
+    if (store_hash_of(version, data, size) == hash) return OK;
     log_error("%s: tile %s/%d/%d/%d: corrupt: its body is not what was written", path,
               tile_layer_name(id.layer), id.zoom, id.row, id.col);
     return ERR_FORMAT;
@@ -145,7 +154,7 @@ static status copy_body(sqlite3_stmt *stmt, codec_blob *body)
     return OK;
 }
 
-status store_get_body(sqlite3 *db, const char *path, sqlite3_stmt *stmt, tile_id id,
+status store_get_body(sqlite3 *db, const char *path, int version, sqlite3_stmt *stmt, tile_id id,
                       codec_blob *body, float *min, float *max)
 {
     *body = (codec_blob){0};
@@ -156,7 +165,9 @@ status store_get_body(sqlite3 *db, const char *path, sqlite3_stmt *stmt, tile_id
                : code == SQLITE_ROW ? OK
                                     : store_error(db, path);
     if (!s) s = copy_body(stmt, body);
-    if (!s) s = store_check_body(path, id, body->data, body->size, sqlite3_column_int64(stmt, 1));
+    if (!s)
+        s = store_check_body(path, version, id, body->data, body->size,
+                             sqlite3_column_int64(stmt, 1));
     if (!s) {
         *min = store_float(stmt, 2);
         *max = store_float(stmt, 3);

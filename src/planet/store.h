@@ -21,8 +21,11 @@ struct planet_meta;
 
 enum { STORE_APPLICATION_ID = 0x50524745, STORE_MAX_BODY = 1 << 20 };
 
-// FNV-1a of the bytes, 64 bits, as SQLite's signed integer.
+// XXH3 of the bytes, 64 bits, as SQLite's signed integer.
 int64_t store_hash(const void *data, size_t size);
+
+// The same as planet files of a version have it: up to 2 it was FNV-1a.
+int64_t store_hash_of(int version, const void *data, size_t size);
 
 // Logs SQLite's message for `path` and gives the status for its code.
 status store_error(struct sqlite3 *db, const char *path);
@@ -44,18 +47,21 @@ char *store_uri(const char *path, bool immutable);
 void store_restrict(struct sqlite3 *db);
 
 // ERR_FORMAT, logged with path and tile, when a body is not the one that was written.
-status store_check_body(const char *path, tile_id id, const void *data, size_t size, int64_t hash);
+// `version`: of the file.
+status store_check_body(const char *path, int version, tile_id id, const void *data, size_t size,
+                        int64_t hash);
 
 // A column as float; NaN when it is NULL.
 float store_float(struct sqlite3_stmt *stmt, int column);
 
 // Runs a statement of the columns data, hash, min, max for a tile: its body (copied, checked) and
 // range. ERR_NOT_FOUND silently.
-status store_get_body(struct sqlite3 *db, const char *path, struct sqlite3_stmt *stmt, tile_id id,
-                      codec_blob *body, float *min, float *max);
+status store_get_body(struct sqlite3 *db, const char *path, int version, struct sqlite3_stmt *stmt,
+                      tile_id id, codec_blob *body, float *min, float *max);
 
-// ERR_FORMAT or ERR_VERSION, logged, when the open database is not a planet file of this version.
-status store_check(struct sqlite3 *db, const char *path);
+// ERR_FORMAT or ERR_VERSION, logged, when the open database is not a planet file that can be read.
+// version: the file's own.
+status store_check(struct sqlite3 *db, const char *path, int *version);
 
 status store_meta_read(struct sqlite3 *db, const char *path, struct planet_meta *out);
 status store_meta_write(struct sqlite3 *db, const char *path, const struct planet_meta *meta);

@@ -38,6 +38,14 @@ static status read_number(sqlite3_stmt *stmt, const char *path, const char *key,
     return OK;
 }
 
+// As read_number, of what files of earlier versions have not: 0 there.
+static status read_later(sqlite3_stmt *stmt, const char *path, const char *key, double high,
+                         double *out)
+{
+    *out = 0;
+    return find(stmt, key) ? read_number(stmt, path, key, 0, high, out) : OK;
+}
+
 // Control characters become spaces; a text too long is cut at a character's start.
 static status read_text(sqlite3_stmt *stmt, const char *path, const char *key, char *out,
                         size_t size)
@@ -68,6 +76,9 @@ static status read_all(sqlite3_stmt *stmt, const char *path, struct planet_meta 
     if (!s) s = read_number(stmt, path, "height_min", -HEIGHT_LIMIT, HEIGHT_LIMIT, &m->height_min);
     if (!s) s = read_number(stmt, path, "height_max", m->height_min, HEIGHT_LIMIT, &m->height_max);
     if (!s) s = read_number(stmt, path, "synthesis_gain", 0.0, 10.0, &m->synthesis_gain);
+    if (!s) s = read_later(stmt, path, "height_quantum", HEIGHT_LIMIT, &m->quantum);
+    if (!s) s = read_later(stmt, path, "height_quantum_finest", m->quantum, &m->quantum_finest);
+    if (!s) s = read_later(stmt, path, "height_max_error", HEIGHT_LIMIT, &m->max_error);
     for (int layer = 0; !s && layer < LAYER_COUNT; layer++) {
         char key[32];
         double zoom = -1.0;
@@ -104,9 +115,12 @@ status store_meta_write(sqlite3 *db, const char *path, const struct planet_meta 
     const struct {
         const char *key;
         double value;
-    } numbers[] = {{"ellipsoid_a", m->ellipsoid.a},       {"ellipsoid_b", m->ellipsoid.b},
-                   {"height_min", m->height_min},         {"height_max", m->height_max},
-                   {"synthesis_gain", m->synthesis_gain}, {"complete", m->complete ? 1.0 : 0.0}};
+    } numbers[] = {
+        {"ellipsoid_a", m->ellipsoid.a},       {"ellipsoid_b", m->ellipsoid.b},
+        {"height_min", m->height_min},         {"height_max", m->height_max},
+        {"synthesis_gain", m->synthesis_gain}, {"complete", m->complete ? 1.0 : 0.0},
+        {"height_quantum", m->quantum},        {"height_quantum_finest", m->quantum_finest},
+        {"height_max_error", m->max_error}};
     sqlite3_stmt *stmt;
     status s =
         store_prepare(db, path, "INSERT OR REPLACE INTO meta(key, value) VALUES(?1, ?2)", &stmt);

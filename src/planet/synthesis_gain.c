@@ -2,8 +2,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "base/log.h"
 #include "base/memory.h"
+#include "planet/import_bounded.h"
 #include "planet/synthesis.h"
 #include "planet/upsample.h"
 
@@ -14,20 +14,6 @@ struct measure {
     float *child, *parent, *around, *relief;
     double radius, residual2, relief2;
 };
-
-static status read_heights(struct planet_writer *writer, tile_id id, float *heights)
-{
-    codec_blob body;
-    float min, max;
-    status s = planet_writer_get(writer, id, &body, &min, &max);
-    if (s) return s;
-    s = codec_height_decode(body.data, body.size, heights);
-    codec_blob_deinit(&body);
-    if (s == ERR_FORMAT)
-        log_error("tile height/%d/%d/%d: corrupt in the file being written", id.zoom, id.row,
-                  id.col);
-    return s;
-}
 
 // The samples around a child, from its parent alone: what the parent's neighbours would give is
 // NaN, and so is not measured.
@@ -66,9 +52,9 @@ static void measure_child(struct measure *m, const region *around, const region 
 static status measure_tile(struct measure *m, tile_id id)
 {
     tile_id parent = tile_parent(id);
-    status s = read_heights(m->writer, parent, m->parent);
+    status s = bounded_read(m->writer, parent, m->parent);
     if (s == ERR_NOT_FOUND) return OK;
-    if (!s) s = read_heights(m->writer, id, m->child);
+    if (!s) s = bounded_read(m->writer, id, m->child);
     if (s) return s;
     region child = region_of_tile(id, 1, m->child), around = around_child(m, &child, parent);
     measure_child(m, &around, &child);

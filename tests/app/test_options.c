@@ -280,9 +280,10 @@ static void test_manual(void **state)
 {
     (void)state;
     static char text[1 << 17];
-    static const char *const pages[] = {MANUAL_PAGES ".1", MANUAL_PAGES "-compare.1"};
+    static const char *const pages[] = {MANUAL_PAGES ".1", MANUAL_PAGES "-compare.1",
+                                        MANUAL_PAGES "-import.1"};
     size_t size = 0;
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 3; i++) {
         FILE *f = fopen(pages[i], "r");
         assert_non_null(f);
         size_t read = fread(text + size, 1, sizeof text - 1 - size, f);

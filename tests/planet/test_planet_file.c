@@ -322,6 +322,41 @@ static void truncated_files_are_refused(void **state)
     }
 }
 
+static long long fnv1a(const unsigned char *data, size_t size)
+{
+    uint64_t hash = 14695981039346656037u;
+    for (size_t i = 0; i < size; i++) hash = (hash ^ data[i]) * 1099511628211u;
+    return (long long)hash;
+}
+
+// Files of versions 1 and 2 have FNV-1a for their bodies. Fails when it is not asked for, or when
+// nothing is.
+static void earlier_versions_are_read(void **state)
+{
+    const fixture *f = *state;
+    static float heights[SAMPLES];
+    tile_id id = {LAYER_HEIGHT, 0, 0, 1};
+    codec_blob body = body_of(20.0f);
+    for (int version = 1; version <= 2; version++)
+        for (int off = 0; off < 2; off++) {
+            char text[160];
+            write_small(f);
+            snprintf(text, sizeof text,
+                     "PRAGMA user_version = %d; UPDATE body SET hash = %lld"
+                     " WHERE id = (SELECT body FROM tile WHERE zoom = 0 AND col = 1)",
+                     version, fnv1a(body.data, body.size) + off);
+            sql(f, text);
+            sql(f, "DELETE FROM meta WHERE key = 'height_quantum'");
+            struct planet_file *file;
+            assert_int_equal(planet_file_open(f->path, &file), OK);
+            assert_true(planet_file_meta(file)->quantum == 0);
+            assert_int_equal(planet_file_read_height(file, id, heights), off ? ERR_FORMAT : OK);
+            assert_true(off || heights[0] == 20.0f);
+            planet_file_close(&file);
+        }
+    codec_blob_deinit(&body);
+}
+
 static void other_versions_are_refused(void **state)
 {
     const fixture *f = *state;
@@ -524,6 +559,7 @@ int main(void)
         TEST(unwritable_places_are_refused),
         TEST(missing_empty_and_foreign_files_are_refused),
         TEST(truncated_files_are_refused),
+        TEST(earlier_versions_are_read),
         TEST(other_versions_are_refused),
         TEST(missing_tables_and_absurd_values_are_refused),
         TEST(long_texts_are_cut_at_a_character),

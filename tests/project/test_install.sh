@@ -22,7 +22,7 @@ try() {
 
 try install.log cmake --install "$build" --prefix "$prefix"
 lib=$(dirname "$(find "$prefix" -name libperigee.so)")
-for file in bin/perigee include/perigee.h share/perigee/atlas-relief-metres.csv share/man/man1/perigee.1 share/man/man1/perigee-compare.1 \
+for file in bin/perigee include/perigee.h share/perigee/atlas-relief-metres.csv share/man/man1/perigee.1 share/man/man1/perigee-compare.1 share/man/man1/perigee-import.1 \
     share/doc/perigee/LICENSE; do
     [[ -s $prefix/$file ]] || fail "$file is not installed"
 done

@@ -22,6 +22,7 @@ third_party=(
     '^sqlite3\.h$ planet'
     '^openexr.*\.h$|^OpenEXR/ planet app'
     '^turbojpeg\.h$ planet'
+    '^(zstd|openjpeg|libaec|xxhash)\.h$ planet'
     '^epoxy/|^EGL/|^GL/|^KHR/ gpu render'
     '^GLFW/|^imgui|^backends/imgui_ app'
     '^mpi\.h$ app'
@@ -30,7 +31,7 @@ third_party=(
     '^curl/|^webp/ planet'
 )
 
-standard='^(assert|complex|ctype|errno|fcntl|fenv|float|getopt|glob|inttypes|langinfo|libgen|limits|locale|malloc|math'
+standard='^(assert|complex|ctype|endian|errno|fcntl|fenv|float|getopt|glob|inttypes|langinfo|libgen|limits|locale|malloc|math'
 standard+='|poll|pthread|sched|semaphore|setjmp|signal|spawn|stdalign|stdarg|stdatomic|stdbool|stddef|stdint|stdio'
 standard+='|stdlib|stdnoreturn|string|strings|tgmath|threads|time|unistd|wchar'
 standard+='|sys/[a-z]+|dirent|dlfcn|algorithm|cstddef|cstdint|cstdio|cstdlib|cstring|cmath)(\.h)?$'
