@@ -189,15 +189,16 @@ static status load_window(struct raster *raster, const struct window *w, struct 
 }
 
 // Catmull-Rom between b and c, held between them; NaN neighbours are replaced, the nearer of b and
-// c must be there.
+// c must be there. Without branches, as all that follows, so that compilers make vector code of it.
 static inline float cubic(float a, float b, float c, float d, float t)
 {
-    if (b != b || c != c) return t < 0.5f ? b : c;
-    if (a != a) a = b;
-    if (d != d) d = c;
+    a = a == a ? a : b;
+    d = d == d ? d : c;
     float v = b + 0.5f * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
-    float low = b < c ? b : c, high = b < c ? c : b;
-    return v < low ? low : v > high ? high : v;
+    float low = b < c ? b : c, high = b < c ? c : b, near = t < 0.5f ? b : c;
+    v = v < low ? low : v;
+    v = v > high ? high : v;
+    return (b == b) & (c == c) ? v : near;
 }
 
 // One tile row from the four raster rows around it: `column` receives w->cols values.
@@ -214,51 +215,86 @@ static void interpolate_rows(const struct window *w, const float *plane, double 
 static inline float b_spline(float x)
 {
     x = fabsf(x);
-    if (x >= 2) return 0;
-    float y = 2 - x;
-    if (x >= 1) return y * y * y / 6;
-    return (4 - 3 * x * x * (2 - x)) / 6;
+    float y = 2 - x, far = y * y * y / 6, near = (4 - 3 * x * x * y) / 6;
+    float k = x >= 1 ? far : near;
+    return x >= 2 ? 0 : k;
 }
 
-// Weighted mean of the columns around u, spacing h; NaN when less than half the weight has data.
-static float average(const float *column, int cols, double u, double h)
+// Where the samples of a tile row lie in the columns of a window: `u`, and as whole and fraction.
+struct places {
+    double u[TILE_SIZE];
+    int base[TILE_SIZE];
+    float t[TILE_SIZE];
+};
+
+static void find_places(double u0, double step, struct places *out)
 {
-    int low = (int)ceil(u - 2 * h), high = (int)floor(u + 2 * h);
-    if (low < 0) low = 0;
-    if (high > cols - 1) high = cols - 1;
-    float sum = 0, weight = 0, total = 0, inverse = (float)(1 / h);
-    float x = (float)((double)low - u) * inverse;
-    for (int i = low; i <= high; i++, x += inverse) {
-        float k = b_spline(x), v = column[i];
-        total += k;
-        if (v == v) {
-            sum += k * v;
-            weight += k;
+    for (int i = 0; i < TILE_SIZE; i++) {
+        out->u[i] = u0 + i * step;
+        double base = floor(out->u[i]);
+        out->base[i] = (int)base;
+        out->t[i] = (float)(out->u[i] - base);
+    }
+}
+
+static void interpolate(const struct places *at, const float *column, float *out)
+{
+    float a[TILE_SIZE], b[TILE_SIZE], c[TILE_SIZE], d[TILE_SIZE];
+    for (int i = 0; i < TILE_SIZE; i++) {
+        const float *p = column + at->base[i];
+        a[i] = p[-1];
+        b[i] = p[0];
+        c[i] = p[1];
+        d[i] = p[2];
+    }
+    for (int i = 0; i < TILE_SIZE; i++) out[i] = cubic(a[i], b[i], c[i], d[i], at->t[i]);
+}
+
+// Weighted means of the columns around the places, spacing h; NaN where less than half the weight
+// has data.
+static void average(const struct places *at, const float *column, int cols, double h, float *out)
+{
+    float x[TILE_SIZE], v[TILE_SIZE], sum[TILE_SIZE] = {0}, weight[TILE_SIZE] = {0};
+    float total[TILE_SIZE] = {0}, inverse = (float)(1 / h);
+    int low[TILE_SIZE], high[TILE_SIZE], taps = 0;
+    for (int i = 0; i < TILE_SIZE; i++) {
+        low[i] = (int)ceil(at->u[i] - 2 * h);
+        high[i] = (int)floor(at->u[i] + 2 * h);
+        low[i] = low[i] < 0 ? 0 : low[i];
+        high[i] = high[i] > cols - 1 ? cols - 1 : high[i];
+        taps = high[i] - low[i] + 1 > taps ? high[i] - low[i] + 1 : taps;
+        x[i] = (float)((double)low[i] - at->u[i]) * inverse;
+    }
+    for (int tap = 0; tap < taps; tap++) {
+        for (int i = 0; i < TILE_SIZE; i++) {
+            int from = low[i] + tap;
+            v[i] = column[from < cols ? from : cols - 1];
+        }
+        for (int i = 0; i < TILE_SIZE; i++) {
+            float spline = b_spline(x[i]), k = low[i] + tap <= high[i] ? spline : 0;
+            float here = v[i] == v[i] ? k : 0, value = v[i] == v[i] ? v[i] : 0;
+            total[i] += k;
+            sum[i] += here * value;
+            weight[i] += here;
+            x[i] += inverse;
         }
     }
-    return weight > 0 && weight >= 0.5f * total ? sum / weight : NAN;
+    for (int i = 0; i < TILE_SIZE; i++)
+        out[i] = weight[i] > 0 && weight[i] >= 0.5f * total[i] ? sum[i] / weight[i] : NAN;
 }
 
-// One tile row from one row of raster columns; where there is no data `out` is left as it is. u0,
-// step: in columns of the window; width: a tile row in such columns.
-static void resample_row(const struct window *w, const float *column, double u0, double step,
+// One tile row from one row of raster columns; where there is no data `out` is left as it is.
+// width: a tile row in columns of the window.
+static void resample_row(const struct window *w, const float *column, const struct places *at,
                          double width, float *out)
 {
-    float mix = (float)average_share(width);
-    for (int i = 0; i < TILE_SIZE; i++) {
-        double u = u0 + i * step;
-        float v = 0;
-        if (mix < 1) {
-            int base = (int)floor(u);
-            const float *p = column + base;
-            v = cubic(p[-1], p[0], p[1], p[2], (float)(u - base));
-        }
-        if (mix > 0) {
-            float mean = average(column, w->cols, u, SPREAD * width);
-            v = mix < 1 ? v + mix * (mean - v) : mean;
-        }
-        if (v == v) out[i] = v;
-    }
+    float mix = (float)average_share(width), v[TILE_SIZE], mean[TILE_SIZE];
+    if (mix < 1) interpolate(at, column, v);
+    if (mix > 0) average(at, column, w->cols, SPREAD * width, mean);
+    if (mix >= 1) memcpy(v, mean, sizeof v);
+    else if (mix > 0)
+        for (int i = 0; i < TILE_SIZE; i++) v[i] += mix * (mean[i] - v[i]);
+    for (int i = 0; i < TILE_SIZE; i++) out[i] = v[i] == v[i] ? v[i] : out[i];
 }
 
 static void plan_window(const raster_grid *g, tile_id id, struct window *w)
@@ -289,6 +325,8 @@ static status resample_band(struct raster *raster, tile_id id, struct window *w,
     double step, u0 = source_column(g, id, w->shift, &step);
     u0 = (u0 - (double)w->col0 + 0.5) / w->group - 0.5;
     step /= w->group;
+    struct places at;
+    find_places(u0, step, &at);
     // Half the circle, in columns, bounds the B-spline's half width 2 SPREAD width.
     double widest = 2 * M_PI / g->dlon / w->group / (4 * SPREAD);
     for (int line = w->first; line <= w->last; line++) {
@@ -297,7 +335,7 @@ static status resample_band(struct raster *raster, tile_id id, struct window *w,
         for (int c = 0; c < g->channels; c++) {
             interpolate_rows(w, room->planes + (size_t)c * (size_t)w->rows * (size_t)w->cols, v,
                              column);
-            resample_row(w, column, u0, step, width,
+            resample_row(w, column, &at, width,
                          planes + ((size_t)c * TILE_SIZE + (size_t)line) * TILE_SIZE);
         }
     }
