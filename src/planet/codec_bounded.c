@@ -105,8 +105,11 @@ void bounded_predict(tile_id id, const float *parent, float *predicted)
 static void count_prediction(const float *predicted, int exponent, int32_t *counts)
 {
     const float scale = ldexpf(1, -exponent), limit = GRID_COUNT_LIMIT - 1;
-    for (int i = 0; i < SAMPLES; i++)
-        counts[i] = (int32_t)rintf(fmaxf(-limit, fminf(limit, predicted[i] * scale)));
+    for (int i = 0; i < SAMPLES; i++) {
+        float v = predicted[i] * scale;
+        v = v < limit ? v : limit; // NaN too
+        counts[i] = grid_nearest(v > -limit ? v : -limit);
+    }
 }
 
 // The corrections: for each a gap (bytes of 255 and a last one below), then the count of steps,

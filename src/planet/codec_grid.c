@@ -21,7 +21,7 @@ bool grid_round(const float *samples, int exponent, int32_t *counts, bool *holes
         bool here = fabsf(v) < limit;
         good &= here || !isfinite(samples[i]);
         bad += !isfinite(samples[i]);
-        counts[i] = (int32_t)rintf(here ? v : 0);
+        counts[i] = grid_nearest(here ? v : 0);
     }
     *holes = bad > 0;
     for (int i = 1; bad && i < SAMPLES; i++)

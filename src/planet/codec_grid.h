@@ -14,6 +14,13 @@
 // A quantum is 2^exponent metres.
 enum { GRID_EXPONENT_MIN = -12, GRID_EXPONENT_MAX = 8, GRID_COUNT_LIMIT = 1 << 23 };
 
+// The whole number nearest to |v| < 2^31, ties to the even one: as rintf, but no call.
+static inline int32_t grid_nearest(float v)
+{
+    const double shift = 0x1.8p52; // doubles of this size are the whole numbers
+    return (int32_t)((double)v + shift - shift);
+}
+
 // Samples to whole quanta, the nearest (ties to even); what has no height gets that of the sample
 // before it. False when a height is GRID_COUNT_LIMIT quanta or more, beyond which a float does not
 // hold every one. *holes: some sample has no height.
