@@ -424,6 +424,42 @@ static double thread_cpu_s(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+// A tile above, as far as this one says: means of two rows, and of two columns where it has wider
+// ones. The rest is NaN.
+static void guess_parent(tile_id id, const float *heights, float *parent)
+{
+    bool same = grid_coalesce(id.zoom, id.row) == 2 * grid_coalesce(id.zoom - 1, id.row / 2);
+    int cols = same ? TILE_SIZE : TILE_SIZE / 2;
+    for (int i = 0; i < TILE_SIZE * TILE_SIZE; i++) parent[i] = NAN;
+    parent += id.row % 2 * (TILE_SIZE / 2) * TILE_SIZE + (same ? 0 : id.col % 2 * cols);
+    for (int y = 0; y < TILE_SIZE / 2; y++)
+        for (int x = 0; x < cols; x++) {
+            const float *h = heights + 2 * y * TILE_SIZE + (same ? x : 2 * x);
+            int east = same ? 0 : 1;
+            parent[y * TILE_SIZE + x] = (h[0] + h[east] + h[TILE_SIZE] + h[TILE_SIZE + east]) / 4;
+        }
+}
+
+// Bytes of a tile in the finished file.
+static status final_size(const struct import *im, tile_id id, const made_tile *tile, size_t *out)
+{
+    *out = tile->body.size;
+    if (!(im->params->max_error > 0) || id.layer != LAYER_HEIGHT || !tile->body.size || !id.zoom)
+        return OK;
+    float *room = malloc(3 * TILE_SIZE * TILE_SIZE * sizeof *room);
+    if (!room) return ERR_MEMORY;
+    float *parent = room + TILE_SIZE * TILE_SIZE, *predicted = parent + TILE_SIZE * TILE_SIZE;
+    codec_blob body = {0};
+    status s = codec_height_decode(tile->body.data, tile->body.size, room);
+    if (!s) guess_parent(id, room, parent);
+    if (!s) bounded_predict(id, parent, predicted);
+    if (!s) s = bounded_encode(room, predicted, im->params->max_error, &body, parent);
+    *out = body.size;
+    codec_blob_deinit(&body);
+    free(room);
+    return s;
+}
+
 // Makes a few tiles of the layer's finest zoom, evenly spread, and takes them for all.
 static status estimate_layer(const struct import *im, const struct layer *l, import_estimate *out)
 {
@@ -441,11 +477,13 @@ static status estimate_layer(const struct import *im, const struct layer *l, imp
         if (i++ % every != every / 2) continue;
         double began = thread_cpu_s();
         made_tile tile;
+        size_t size = 0;
         s = workshop_make(workshop, 0, id, &tile);
+        if (!s) s = final_size(im, id, &tile, &size);
         seconds += thread_cpu_s() - began;
         looked++;
         stored += tile.body.size > 0;
-        bytes += tile.uniform ? 0 : tile.body.size;
+        bytes += tile.uniform ? 0 : size;
         codec_blob_deinit(&tile.body);
     }
     plan_walk_end(&walk);

@@ -84,6 +84,20 @@ static status mend_part(void *user, const char *path)
     return s;
 }
 
+// Tiles that hold what they add to their parents cannot lie below others.
+static status check_base(const char *path)
+{
+    struct planet_file *file;
+    status s = planet_file_open(path, &file);
+    if (s) return s;
+    if (planet_file_meta(file)->max_error > 0) {
+        log_error("%s: its heights are stored within a bound; nothing can be added to it", path);
+        s = ERR_UNSUPPORTED;
+    }
+    planet_file_close(&file);
+    return s;
+}
+
 status import_store_open(const import_store_params *params, struct import_store **out)
 {
     struct import_store *store = NEW(struct import_store);
@@ -100,6 +114,7 @@ status import_store_open(const import_store_params *params, struct import_store 
     bool resume = params->resume && access(store->own, F_OK) == 0;
     if (!s) s = planet_writer_open(store->own, store->fingerprint, resume, &store->writer);
     if (!s) s = planet_writer_seal(store->writer);
+    if (!s && params->base) s = check_base(params->base);
     if (!s && params->base) s = planet_part_open(params->base, &store->base);
     if (s) import_store_close(&store);
     *out = store;

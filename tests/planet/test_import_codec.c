@@ -339,6 +339,23 @@ static void test_broken_parent(void **state)
     planet_file_close(&f);
 }
 
+// The estimate is near what the import then makes, though it has no parents to code against.
+// Fails when it takes the tiles of the parts for those of the finished file.
+static void test_estimate(void **state)
+{
+    (void)state;
+    import_source source;
+    import_params p = params_of("estimated.planet", &source);
+    import_estimate e;
+    import_report r;
+    p.max_error = 2;
+    p.report = &r;
+    assert_int_equal(import_estimate_run(&p, &e), OK);
+    assert_int_equal(import_run(&p), OK);
+    print_message("%.0f bytes estimated, %.0f made\n", e.bytes, (double)r.bytes);
+    check_near(e.bytes / (double)r.bytes, 1, 0.5);
+}
+
 static void test_bad_bounds(void **state)
 {
     (void)state;
@@ -364,6 +381,7 @@ int main(void)
         cmocka_unit_test(test_bounded_bytes),
         cmocka_unit_test(test_bounded_reading),
         cmocka_unit_test(test_broken_parent),
+        cmocka_unit_test(test_estimate),
         cmocka_unit_test(test_bad_bounds),
     };
     return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
