@@ -117,6 +117,7 @@ static void take_answer(struct fetcher *f, struct fetch_entry *e, http_answer *a
     f->counters.finished++;
     f->counters.bytes += a->size;
     if (a->result != HTTP_LATER) server_answered(e->host);
+    e->host->multiplexed = a->multiplexed;
     switch (a->result) {
     case HTTP_BODY:
         disk_item_deinit(&e->item);
@@ -187,9 +188,12 @@ static void sweep(struct fetcher *f)
     f->counters.in_line = in_line;
 }
 
-// May a transfer to this server start? One that was down is tried by one.
-static bool host_ready(const struct fetch_host *h, double now)
+// May a transfer to this server start? One that was down is tried by one. Where transfers do not
+// share connections there are no more of them than connections: the rest would wait inside libcurl
+// in the order of asking.
+static bool host_ready(const struct fetcher *f, const struct fetch_host *h, double now)
 {
+    if (!h->multiplexed && h->active >= f->params.per_host) return false;
     return now >= h->pause_until_s && (h->failures < DOWN_AFTER || h->active == 0);
 }
 
@@ -198,7 +202,7 @@ static struct fetch_entry *most_wanted(struct fetcher *f, double now)
     struct fetch_entry *best = NULL;
     double best_priority = INFINITY;
     for (struct fetch_entry *e = f->table.line.line_next; e != &f->table.line; e = e->line_next) {
-        if (e->state != ENTRY_IN_LINE || now < e->at_s || !host_ready(e->host, now)) continue;
+        if (e->state != ENTRY_IN_LINE || now < e->at_s || !host_ready(f, e->host, now)) continue;
         double priority = f->params.first_come ? 0 : fetch_entry_priority(e, false);
         if (best &&
             (priority > best_priority || (priority == best_priority && e->order > best->order)))

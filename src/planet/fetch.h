@@ -13,7 +13,8 @@ struct fetcher;
 
 typedef struct fetch_params {
     int in_flight;           // at most; 0: 32
-    int per_host;            // connections to one server at most; 0: 6
+    int per_host;            // connections to one server at most, and without HTTP/2 transfers;
+                             // 0: 6
     size_t memory_bytes;     // bodies and what is known of URLs; 0: 64 MiB
     double timeout_s;        // of one transfer; 0: 30
     bool first_come;         // ignore priorities and cancellation (to measure what they are worth)

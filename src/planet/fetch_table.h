@@ -24,6 +24,7 @@ struct fetch_host {
     char name[HOST_NAME_SIZE]; // scheme://host:port
     int failures;              // in a row
     int active;
+    bool multiplexed;     // as its last answer
     double pause_until_s; // Retry-After, or down
     bool told_down, told_refused, told_rejected;
 };

@@ -203,6 +203,9 @@ void http_finish(struct http_transfer *t, int code, http_answer *out)
         classify_failure(t, (CURLcode)code, out);
         return;
     }
+    long version = 0;
+    curl_easy_getinfo(t->easy, CURLINFO_HTTP_VERSION, &version);
+    out->multiplexed = version >= CURL_HTTP_VERSION_2_0;
     classify_status(http, out);
     copy_tag(t, "ETag", out->etag);
     copy_tag(t, "Last-Modified", out->modified);

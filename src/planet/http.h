@@ -25,6 +25,7 @@ typedef struct http_answer {
     char etag[HTTP_TAG_SIZE], modified[HTTP_TAG_SIZE]; // "": not said
     double max_age_s;                                  // < 0: not said
     double retry_after_s;                              // HTTP_LATER; < 0: not said
+    bool multiplexed;                                  // by a protocol that shares connections
     char why[HTTP_WHY_SIZE];                           // HTTP_LATER, HTTP_REFUSED: one phrase
 } http_answer;
 

@@ -109,7 +109,10 @@ status import_store_open(const import_store_params *params, struct import_store 
     pthread_mutex_init(&store->lock, NULL);
     // Rank 0 mends what is left of ranks that may not be there any more.
     status s = OK;
-    if (!params->resume && params->rank == 0) import_store_remove(params->part);
+    if (!params->resume && params->rank == 0) {
+        s = planet_writer_check_free(params->part);
+        if (!s) import_store_remove(params->part);
+    }
     if (params->resume && params->rank == 0) s = each_part(store->part, mend_part, store);
     bool resume = params->resume && access(store->own, F_OK) == 0;
     if (!s) s = planet_writer_open(store->own, store->fingerprint, resume, &store->writer);

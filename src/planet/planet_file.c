@@ -7,6 +7,7 @@
 #include <math.h>
 #include <pthread.h>
 #include <sqlite3.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,6 +36,7 @@ struct planet_file {
     pthread_mutex_t lock;
     struct connection *idle;
     struct cache *above; // decoded tiles whose children were read; NULL: no tile needs its parent
+    atomic_bool failing; // the disk did not give the last tile; told once
 };
 
 // 63 tiles: a way from zoom 0 down, and the neighbours.
@@ -53,6 +55,23 @@ static status tile_fault(const struct planet_file *file, tile_id id, const char 
     log_error("%s: tile %s/%d/%d/%d: %s", file->path, tile_layer_name(id.layer), id.zoom, id.row,
               id.col, what);
     return ERR_FORMAT;
+}
+
+// SQLite could not give a tile. A disk that fails may work again: ERR_IO, which is no fault of the
+// tile.
+static status read_fault(struct planet_file *file, tile_id id, sqlite3 *db)
+{
+    status s = store_status(db);
+    if (s == ERR_FORMAT) return tile_fault(file, id, sqlite3_errmsg(db));
+    if (s == ERR_IO && !atomic_exchange(&file->failing, true))
+        log_error("%s: tile %s/%d/%d/%d: %s; going on without what cannot be read", file->path,
+                  tile_layer_name(id.layer), id.zoom, id.row, id.col, sqlite3_errmsg(db));
+    return s;
+}
+
+static void note_success(struct planet_file *file)
+{
+    if (atomic_exchange(&file->failing, false)) log_info("%s: can be read again", file->path);
 }
 
 static void connection_close(struct connection **connection)
@@ -288,7 +307,8 @@ static status read_tile(struct planet_file *file, tile_id id, take_row take, voi
     int code = sqlite3_step(c->read);
     if (code == SQLITE_ROW) s = take(file, id, c->read, out);
     else if (code == SQLITE_DONE) s = ERR_NOT_FOUND;
-    else s = tile_fault(file, id, sqlite3_errmsg(c->db));
+    else s = read_fault(file, id, c->db);
+    if (!s) note_success(file);
     sqlite3_reset(c->read);
     checkin(file, c);
     return s;
@@ -331,7 +351,7 @@ status planet_file_read_range(struct planet_file *file, tile_id id, float *min, 
     store_bind_tile(c->range, id);
     int code = sqlite3_step(c->range);
     if (code != SQLITE_ROW) {
-        s = code == SQLITE_DONE ? ERR_NOT_FOUND : tile_fault(file, id, sqlite3_errmsg(c->db));
+        s = code == SQLITE_DONE ? ERR_NOT_FOUND : read_fault(file, id, c->db);
     } else if (sqlite3_column_type(c->range, 0) == SQLITE_NULL) {
         s = ERR_NOT_FOUND;
     } else {

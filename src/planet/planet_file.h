@@ -46,8 +46,9 @@ const struct planet_meta *planet_file_meta(const struct planet_file *file);
 const char *planet_file_path(const struct planet_file *file);
 
 // Reads and decodes one tile. ERR_NOT_FOUND (silently) when it is not stored, ERR_FORMAT when it is
-// corrupt (logged with path and tile). heights: 256 * 256 floats; pixels: 256 * 256 * channels
-// bytes (colour 3, night 1). Any thread.
+// corrupt (logged with path and tile), ERR_IO when the disk fails (logged once until it works
+// again). heights: 256 * 256 floats; pixels: 256 * 256 * channels bytes (colour 3, night 1). Any
+// thread.
 status planet_file_read_height(struct planet_file *file, tile_id id, float *heights);
 status planet_file_read_pixels(struct planet_file *file, tile_id id, unsigned char *pixels);
 

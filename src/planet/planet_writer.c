@@ -107,9 +107,23 @@ static const char bulk_sql[] = "PRAGMA page_size = 8192; PRAGMA locking_mode = E
                                "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
                                "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -131072";
 
+status planet_writer_check_free(const char *path)
+{
+    sqlite3 *db = NULL;
+    int code = SQLITE_OK;
+    if (access(path, F_OK) != 0) return OK;
+    if (sqlite3_open_v2(path, &db, SQLITE_OPEN_READWRITE, NULL) == SQLITE_OK)
+        code = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL);
+    sqlite3_close(db);
+    if (code != SQLITE_BUSY && code != SQLITE_LOCKED) return OK; // other faults: of the use proper
+    log_error("%s: is being written by another program", path);
+    return ERR_IO;
+}
+
 static status open_database(struct planet_writer *w, const char *fingerprint, bool resume)
 {
-    status s = resume ? OK : remove_file(w->path);
+    status s = planet_writer_check_free(w->path);
+    if (!s && !resume) s = remove_file(w->path);
     if (s) return s;
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
     if (sqlite3_open_v2(w->path, &w->db, flags, NULL) != SQLITE_OK)

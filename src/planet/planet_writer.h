@@ -18,6 +18,10 @@ status planet_writer_open(const char *path, const char *fingerprint, bool resume
 status planet_writer_open_bulk(const char *path, const char *fingerprint,
                                struct planet_writer **out);
 
+// ERR_IO, logged, when another writer is at the file, in this process or another: it must not be
+// taken from under it. OK also where there is none. The opens above look by themselves.
+status planet_writer_check_free(const char *path);
+
 // Commits and closes. NULL-safe.
 void planet_writer_close(struct planet_writer **writer);
 

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/memory.h"
 #include "planet/source.h"
 #include "planet/tile_index.h"
@@ -14,7 +15,7 @@ struct source_file {
     struct planet_file *file;
     bool owned;
     struct tile_index *index[LAYER_COUNT];
-    atomic_uint_fast64_t corrupt;
+    atomic_uint_fast64_t corrupt, failed;
 };
 
 static bool file_has(const struct source *source, tile_id id)
@@ -35,8 +36,8 @@ static void spread(uint8_t *rgba)
 static status file_read(struct source *source, tile_id id, struct want *want, void *samples,
                         double *until_s)
 {
+    const double again_s = 2; // a disk that failed is asked again after so long
     (void)want;
-    (void)until_s;
     struct source_file *f = (struct source_file *)source;
     uint8_t *bytes = samples;
     status s = ERR_NOT_FOUND;
@@ -45,6 +46,11 @@ static status file_read(struct source *source, tile_id id, struct want *want, vo
     else
         s = planet_file_read_pixels(f->file, id, id.layer == LAYER_COLOR ? bytes + SAMPLES : bytes);
     if (!s && id.layer == LAYER_COLOR) spread(bytes);
+    if (s == ERR_IO) {
+        *until_s = clock_now_s() + again_s;
+        f->failed++;
+        return s;
+    }
     if (s && s != ERR_MEMORY && tile_index_mark_bad(f->index[id.layer], id)) f->corrupt++;
     return s;
 }
@@ -52,6 +58,7 @@ static status file_read(struct source *source, tile_id id, struct want *want, vo
 static void file_counters(struct source *source, struct source_counters *out)
 {
     out->corrupt = ((struct source_file *)source)->corrupt;
+    out->failed = ((struct source_file *)source)->failed;
 }
 
 static void file_close(struct source *source)

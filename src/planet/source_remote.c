@@ -126,25 +126,27 @@ static status reject(struct source_remote *r, const spec_layer *l, const tile_sp
     return ERR_FORMAT;
 }
 
-// Decodes all bodies into `raster`: 4 bytes a sample, heights as floats.
+// Decodes all bodies into `raster`: 4 bytes a sample, heights as floats. Every one that is no tile
+// is rejected, not the first alone: the others would stay on disk and spoil the next run.
 static status decode_bodies(struct source_remote *r, const spec_layer *l, const tile_span *span,
                             const struct bodies *bodies, void *raster)
 {
     int size = l->matrix.tile_size, count = size * size;
     uint8_t *rgba = malloc((size_t)count * 8);
-    status s = rgba ? OK : ERR_MEMORY;
+    status s = rgba ? OK : ERR_MEMORY, worst = s;
     char why[IMAGE_WHY_SIZE];
-    for (int i = 0; !s && i < bodies->count; i++) {
+    for (int i = 0; s != ERR_MEMORY && i < bodies->count; i++) {
         float *heights = (float *)(void *)(rgba + (size_t)count * 4);
         const fetch_body *b = bodies->body[i];
-        if (b) s = image_decode(b->data, b->size, size, rgba, why);
-        else memset(rgba, 0, (size_t)count * 4);
+        s = b ? image_decode(b->data, b->size, size, rgba, why) : OK;
+        if (!b) memset(rgba, 0, (size_t)count * 4);
         if (s == ERR_FORMAT) reject(r, l, span, i, why);
         if (!s && l->layer == LAYER_HEIGHT) heights_of(l, rgba, count, heights);
         if (!s) place_tile(l, span, i, l->layer == LAYER_HEIGHT ? (void *)heights : rgba, raster);
+        if (s) worst = s;
     }
     free(rgba);
-    return s;
+    return worst;
 }
 
 static status make_samples(struct source_remote *r, tile_id id, const tile_span *span,

@@ -35,17 +35,22 @@ static status from_sqlite(int code)
     case SQLITE_NOTADB:
     case SQLITE_ERROR: // a table or column that is not there
     case SQLITE_MISMATCH:
+    case SQLITE_TOOBIG: // a body longer than any tile's
         return ERR_FORMAT;
     default:
         return ERR_IO;
     }
 }
 
+status store_status(sqlite3 *db)
+{
+    return from_sqlite(db ? sqlite3_errcode(db) : SQLITE_NOMEM);
+}
+
 status store_error(sqlite3 *db, const char *path)
 {
-    int code = db ? sqlite3_errcode(db) : SQLITE_NOMEM;
     log_error("%s: %s", path, db ? sqlite3_errmsg(db) : "out of memory");
-    return from_sqlite(code);
+    return store_status(db);
 }
 
 status store_exec(sqlite3 *db, const char *path, const char *sql)

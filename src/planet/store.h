@@ -30,6 +30,9 @@ int64_t store_hash_of(int version, const void *data, size_t size);
 // Logs SQLite's message for `path` and gives the status for its code.
 status store_error(struct sqlite3 *db, const char *path);
 
+// The same without a word.
+status store_status(struct sqlite3 *db);
+
 status store_exec(struct sqlite3 *db, const char *path, const char *sql);
 status store_prepare(struct sqlite3 *db, const char *path, const char *sql,
                      struct sqlite3_stmt **out);

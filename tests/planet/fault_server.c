@@ -90,6 +90,13 @@ int fault_server_most(void)
     return number_after("\"most\": ");
 }
 
+void fault_server_sick(const char *kind)
+{
+    char path[128], text[8192];
+    snprintf(path, sizeof path, "/control/sick/%s", kind);
+    ask(path, text, sizeof text);
+}
+
 void fault_server_down(int down)
 {
     char text[8192];

@@ -15,6 +15,8 @@ const char *fault_url(const char *path);
 int fault_server_seen(const char *part);
 // The most that were answered at once.
 int fault_server_most(void);
+// What /sick/ is from now on: a path without its slash, "ok" to be healthy.
+void fault_server_sick(const char *kind);
 // Should /down/ be dead?
 void fault_server_down(int down);
 

@@ -11,6 +11,7 @@
 /size/...        a PNG of 512 x 512;  /bomb/  a PNG that says 60000 x 60000;  /cut/  half a PNG, well framed
 /to/SCHEME/...   a redirect to file:, ftp: or back to /ok/
 /tag/...         ETag and max-age=0; 304 when it is asked for by its tag
+/sick/...        as /ok/, or as the kind that /control/sick/KIND (and what follows) said last; ok: healthy
 /control/stats   requests by their first part, and the most at once;  /control/down/0 or 1
 """
 import collections
@@ -27,6 +28,7 @@ seen = collections.Counter()
 tries = collections.Counter()
 now_open = most_open = 0
 down = False
+sick = ["ok"]
 
 
 def chunk(kind, data):
@@ -67,7 +69,9 @@ class Handler(BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def control(self, parts):
-        global down
+        global down, sick
+        if parts[0] == "sick":
+            sick = parts[1:]
         if parts[0] == "down":
             down = parts[1] == "1"
         self.answer(200, json.dumps({"seen": seen, "most": most_open}).encode(), "application/json")
@@ -95,6 +99,8 @@ class Handler(BaseHTTPRequestHandler):
             return tries[self.path] <= count
 
     def serve(self, kind, rest):
+        if kind == "sick":
+            kind, rest = sick[0], sick[1:] + rest
         if kind == "slow":
             time.sleep(int(rest[0]) / 1000)
         if kind == "status":

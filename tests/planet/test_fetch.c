@@ -202,7 +202,7 @@ static void cancelled_transfers_stop(void **state)
 {
     (void)state;
     enum { COUNT = 100 };
-    struct fetcher *f = fetcher();
+    struct fetcher *f = fetcher_create(&(fetch_params){.per_host = 32});
     const fetch_body *body;
     struct fetch_counters c;
     double until;
