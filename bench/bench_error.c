@@ -1,8 +1,9 @@
-// Screen-space geometric error against triangles: bench_error PLANET [PART-OF-A-VIEW'S-NAME]
-//
-// Per view and setting: each ninth pixel's point, its distance from the surface of the finest data
-// along that surface's normal, projected to the screen (px): rms, 99.9 %, maximum; triangles drawn
-// for each pixel of ground.
+// Screen-space geometric error against triangles and time, as CSV:
+//   bench_error PLANET [SETTING [PART-OF-A-VIEW'S-NAME]]
+//       a row a view: error, triangles drawn and visible for each pixel of ground
+//   bench_error --levels PLANET [...]   and a row for each level of rings
+//   bench_error --time PLANET [...]     and the time of a frame of a turning camera, default = 1
+// SETTING: the name of one, or `all`. Errors are in pixels of 1280 x 960 (error_judge.h).
 #include <epoxy/gl.h>
 #include <math.h>
 #include <stdio.h>
@@ -10,162 +11,168 @@
 #include <string.h>
 #include <time.h>
 
-#include "bench/error_views.h"
+#include "bench/error_judge.h"
 #include "gpu/context.h"
 #include "gpu/target.h"
-#include "perigee.h"
-#include "planet/planet_file.h"
-#include "planet/pyramid.h"
-
-enum { WIDTH = 1280, HEIGHT = 960, PIXELS = WIDTH * HEIGHT, STEP = 3 };
 
 struct setting {
     const char *name;
     perigee_view_params params;
 };
 
+// From coarse to fine, and the paper's.
 static const struct setting SETTINGS[] = {
-    {"default", {0}},
-    {"paper", {.quality = PERIGEE_QUALITY_PAPER}},
+    {"512x32", {.azimuth_steps = 512, .rings_per_level = 32, .ring_spacing_px = 12}},
     {"low", {.quality = PERIGEE_QUALITY_LOW}},
+    {"default", {0}},
+    {"768x64", {.azimuth_steps = 768, .rings_per_level = 64, .texels = 512, .ring_spacing_px = 7}},
+    {"1024x80",
+     {.azimuth_steps = 1024, .rings_per_level = 80, .texels = 512, .ring_spacing_px = 5}},
+    {"1024x96",
+     {.azimuth_steps = 1024, .rings_per_level = 96, .texels = 1024, .ring_spacing_px = 5}},
     {"high", {.quality = PERIGEE_QUALITY_HIGH}},
+    {"1536x144",
+     {.azimuth_steps = 1536, .rings_per_level = 144, .texels = 1024, .ring_spacing_px = 3}},
+    {"paper", {.quality = PERIGEE_QUALITY_PAPER}},
 };
 
-struct judge {
-    struct pyramid *pyramid;
-    geo_ellipsoid e;
-    int zoom;
+enum { SETTING_COUNT = sizeof SETTINGS / sizeof *SETTINGS, TURNS = 15 };
+
+struct bench {
+    perigee_planet *planet;
+    struct error_judge judge;
+    gpu_target target;
+    bool levels, time;
+    const char *setting, *part;
 };
 
-static double ground(const struct judge *j, double lat, double lon)
+static double now_s(void)
 {
-    double h = 0;
-    pyramid_height_at(j->pyramid, j->zoom, lat, lon, &h);
-    return h;
-}
-
-// Upper normal of the surface by differences of half a sample.
-static dvec3 normal_at(const struct judge *j, double lat, double lon)
-{
-    double step = 0.5 * M_PI / ldexp(256, j->zoom), wide = step / fmax(cos(lat), 1e-3);
-    dvec3 s = geo_ecef_from_geodetic(j->e, (geodetic){lat - step, lon, ground(j, lat - step, lon)}),
-          n = geo_ecef_from_geodetic(j->e, (geodetic){lat + step, lon, ground(j, lat + step, lon)}),
-          w = geo_ecef_from_geodetic(j->e, (geodetic){lat, lon - wide, ground(j, lat, lon - wide)}),
-          o = geo_ecef_from_geodetic(j->e, (geodetic){lat, lon + wide, ground(j, lat, lon + wide)});
-    if (fabs(lat) > M_PI / 2 - 4 * step) return geo_normal(lat, lon);
-    return dvec3_normalize(dvec3_cross(dvec3_sub(o, w), dvec3_sub(n, s)));
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 static int ascending(const void *a, const void *b)
 {
-    float x = *(const float *)a, y = *(const float *)b;
+    double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-struct frame_planes {
-    float *z, *height, *level;
-    double *lat, *lon;
-};
-
-static void judge_frame(const struct judge *j, const perigee_camera *c,
-                        const struct frame_planes *f, const perigee_stats *s, const char *view,
-                        const char *setting, double ms)
+static bool frame(const struct bench *b, perigee_view *view, const perigee_camera *c)
 {
-    static float errors[PIXELS];
-    double sum = 0, lsum[32] = {0}, worst = 0;
-    int n = 0, ln[32] = {0}, ground_px = 0, at = 0;
-    double rad = M_PI / 180;
-    dvec3 eye =
-        geo_ecef_from_geodetic(j->e, (geodetic){c->lat_deg * rad, c->lon_deg * rad, c->alt_m});
-    for (int i = 0; i < PIXELS; i++) {
-        if (isnan(f->z[i])) continue;
-        ground_px++;
-        if (i % WIDTH % STEP != 1 || i / WIDTH % STEP != 1) continue;
-        double lat = f->lat[i] * rad, lon = f->lon[i] * rad;
-        double dh = f->height[i] - ground(j, lat, lon);
-        dvec3 p = geo_ecef_from_geodetic(j->e, (geodetic){lat, lon, f->height[i]});
-        dvec3 up = geo_normal(lat, lon), nrm = normal_at(j, lat, lon);
-        dvec3 ray = dvec3_sub(p, eye);
-        double dist = dvec3_length(ray);
-        ray = dvec3_scale(ray, 1 / dist);
-        double d = dh * dvec3_dot(up, nrm);
-        double across = dvec3_length(dvec3_cross(nrm, ray));
-        double pixel = 2 * tan(c->fov_deg * rad / 2) / HEIGHT * f->z[i];
-        double e = fabs(d) * across / pixel; // off-axis stretch left out
-        errors[n++] = (float)e;
-        sum += e * e;
-        if (e > worst) worst = e, at = i;
-        int l = (int)f->level[i];
-        if (l >= 0 && l < 32) lsum[l] += e * e, ln[l]++;
+    glBindFramebuffer(GL_FRAMEBUFFER, b->target.framebuffer);
+    return !perigee_view_set_camera(view, c) &&
+           !perigee_view_wait(view, ERROR_WIDTH, ERROR_HEIGHT, 120) &&
+           !perigee_view_render(view, ERROR_WIDTH, ERROR_HEIGHT);
+}
+
+// Seconds of a frame after a turn of the head.
+static double turn(const struct bench *b, perigee_view *view, perigee_camera c, int i)
+{
+    c.heading_deg += 0.1 * i;
+    double start = now_s();
+    if (!frame(b, view, &c)) exit(1);
+    glFinish();
+    return now_s() - start;
+}
+
+// Median time of a frame over that of the default's, turn by turn in exchange, so that what else
+// the machine does falls on both.
+static double time_ratio(const struct bench *b, const perigee_view_params *params,
+                         const perigee_camera *c)
+{
+    perigee_view *one, *other;
+    double ratio[TURNS];
+    if (perigee_view_create(b->planet, params, &one) ||
+        perigee_view_create(b->planet, NULL, &other))
+        exit(1);
+    for (int i = -2; i < TURNS; i++) {
+        double mine = turn(b, one, *c, i), base = turn(b, other, *c, i);
+        if (i >= 0) ratio[i] = mine / base;
     }
-    qsort(errors, (size_t)n, sizeof *errors, ascending);
-    printf("%-26s %-12s rms %6.3f  99.9 %7.3f  max %8.2f at %4d,%3d  levels %2u-%2u  tri %7llu  "
-           "tri/px %.3f  vis/px %.3f |",
-           view, setting, n ? sqrt(sum / n) : 0, n ? errors[(int)(0.999 * n)] : 0, worst,
-           at % WIDTH, at / WIDTH, s->first_level, s->last_level,
-           (unsigned long long)s->triangles_drawn,
-           (double)s->triangles_drawn / (ground_px ? ground_px : 1), ms);
-    for (int l = 0; l < 32; l++)
-        if (ln[l] && getenv("LEVELS")) printf(" %d:%.2f", l, sqrt(lsum[l] / ln[l]));
+    perigee_view_destroy(&one);
+    perigee_view_destroy(&other);
+    qsort(ratio, TURNS, sizeof *ratio, ascending);
+    return ratio[TURNS / 2];
+}
+
+static void print_stat(const char *setting, const char *view, const char *level,
+                       const struct error_stat *s)
+{
+    printf("%s,\"%s\",%s,%zu,%.3f,%.3f,%.2f,%.4f", setting, view, level, s->count, s->rms, s->p999,
+           s->max, s->above);
+}
+
+static void measure(const struct bench *b, const struct setting *setting, perigee_view *view,
+                    const struct error_view *v)
+{
+    struct error_result r;
+    perigee_stats stats;
+    perigee_triangles seen = {0};
+    perigee_camera c = error_camera(&b->judge, v);
+    if (!frame(b, view, &c) || !error_judge_frame(&b->judge, view, &c, error_zoom(v), &r)) exit(1);
+    perigee_view_get_stats(view, &stats);
+    if (perigee_view_read_triangles(view, &seen)) exit(1);
+    double pixels = (double)r.ground;
+    print_stat(setting->name, v->name, "all", &r.all);
+    printf(",%llu,%.3f,%.3f,%.1f", (unsigned long long)stats.triangles_drawn,
+           (double)stats.triangles_drawn / pixels, (double)seen.visible / pixels,
+           (double)stats.gpu_bytes / 1048576);
+    if (b->time) printf(",%.2f", time_ratio(b, &setting->params, &c));
     printf("\n");
+    for (int l = 0; b->levels && l < ERROR_LEVELS; l++) {
+        char name[8];
+        snprintf(name, sizeof name, "%d", l);
+        if (!r.level[l].count) continue;
+        print_stat(setting->name, v->name, name, &r.level[l]);
+        printf("\n");
+    }
     fflush(stdout);
+}
+
+static void measure_all(const struct bench *b)
+{
+    printf("setting,view,level,pixels,rms_px,rank_999_px,max_px,above_1px,triangles,drawn_px,"
+           "visible_px,gpu_mib%s\n",
+           b->time ? ",time" : "");
+    for (int s = 0; s < SETTING_COUNT; s++) {
+        perigee_view *view;
+        perigee_view_params params = SETTINGS[s].params;
+        if (strcmp(b->setting, "all") && strcmp(b->setting, SETTINGS[s].name)) continue;
+        params.identify = true;
+        if (perigee_view_create(b->planet, &params, &view)) exit(1);
+        for (int i = 0; i < ERROR_VIEW_COUNT; i++)
+            if (strstr(ERROR_VIEWS[i].name, b->part))
+                measure(b, &SETTINGS[s], view, &ERROR_VIEWS[i]);
+        perigee_view_destroy(&view);
+    }
 }
 
 int main(int argc, char **argv)
 {
-    if (argc < 2) return 2;
+    struct bench b = {0};
     struct gpu_context *gpu;
-    if (gpu_context_create(&gpu)) return 1;
-    struct judge j;
     struct planet_file *file;
     pyramid_params tiles = {.cache_bytes = (size_t)512 << 20};
-    perigee_planet *planet;
-    perigee_planet_params pp = {.no_synthesis = true};
-    if (planet_file_open(argv[1], &file) || pyramid_create(file, &tiles, &j.pyramid)) return 1;
-    j.e = planet_file_meta(file)->ellipsoid;
-    if (perigee_planet_open(argv[1], &pp, &planet)) return 1;
-    gpu_target t;
-    const GLenum formats[1] = {GL_RGBA8};
-    if (gpu_target_init(&t, WIDTH, HEIGHT, formats, 1, 0)) return 1;
-    struct frame_planes f = {malloc(PIXELS * 4), malloc(PIXELS * 4), malloc(PIXELS * 4),
-                             malloc(PIXELS * 8), malloc(PIXELS * 8)};
-    for (int s = 0; s < (int)(sizeof SETTINGS / sizeof *SETTINGS); s++) {
-        if (argc > 3 && !strstr(SETTINGS[s].name, argv[3])) continue;
-        perigee_view *view;
-        perigee_view_params vp = SETTINGS[s].params;
-        vp.identify = true;
-        if (perigee_view_create(planet, &vp, &view)) return 1;
-        for (int i = 0; i < ERROR_VIEW_COUNT; i++) {
-            const struct error_view *v = &ERROR_VIEWS[i];
-            if (argc > 2 && !strstr(v->name, argv[2])) continue;
-            perigee_camera c = {.lat_deg = v->lat_deg,
-                                .lon_deg = v->lon_deg,
-                                .heading_deg = v->heading_deg,
-                                .pitch_deg = v->pitch_deg,
-                                .fov_deg = v->fov_deg};
-            double h = 0;
-            pyramid_height_at(j.pyramid, 14, c.lat_deg * M_PI / 180, c.lon_deg * M_PI / 180, &h);
-            c.alt_m = v->above_m + h;
-            j.zoom = v->above_m < 20 ? 18 : v->above_m < 2000 ? 15 : 12;
-            if (v->above_m > 9e4 && v->fov_deg > 50) j.zoom = 10;
-            glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
-            perigee_view_set_camera(view, &c);
-            if (perigee_view_wait(view, WIDTH, HEIGHT, 120)) return 1;
-            perigee_view_render(view, WIDTH, HEIGHT);
-            perigee_planes p = {.z_m = f.z,
-                                .height_m = f.height,
-                                .lat_deg = f.lat,
-                                .lon_deg = f.lon,
-                                .level = f.level};
-            if (perigee_view_read_planes(view, &p)) return 1;
-            perigee_stats st;
-            perigee_view_get_stats(view, &st);
-            perigee_triangles tr = {0};
-            perigee_view_read_triangles(view, &tr);
-            judge_frame(&j, &c, &f, &st, v->name, SETTINGS[s].name,
-                        (double)tr.visible / (double)tr.ground_pixels);
-        }
-        perigee_view_destroy(&view);
+    perigee_planet_params no_synthesis = {.no_synthesis = true};
+    const GLenum format[1] = {GL_RGBA8};
+    int first = 1;
+    for (; first < argc && !strncmp(argv[first], "--", 2); first++) {
+        b.levels |= !strcmp(argv[first], "--levels");
+        b.time |= !strcmp(argv[first], "--time");
     }
+    if (first >= argc) return fprintf(stderr, "usage: see the head of bench_error.c\n"), 2;
+    b.setting = first + 1 < argc ? argv[first + 1] : "default";
+    b.part = first + 2 < argc ? argv[first + 2] : "";
+    if (gpu_context_create(&gpu) ||
+        gpu_target_init(&b.target, ERROR_WIDTH, ERROR_HEIGHT, format, 1, 0))
+        return 1;
+    if (planet_file_open(argv[first], &file) || pyramid_create(file, &tiles, &b.judge.pyramid))
+        return 1;
+    b.judge.e = planet_file_meta(file)->ellipsoid;
+    if (perigee_planet_open(argv[first], &no_synthesis, &b.planet)) return 1;
+    measure_all(&b);
+    perigee_planet_close(&b.planet);
     return 0;
 }
