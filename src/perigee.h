@@ -104,8 +104,8 @@ enum perigee_transform {
 // surface on a screen of 1280 x 960 pixels and 90 degrees, kept by 99.9 % of the pixels in all
 // views measured but telephotos along the ground (tests/ACCURACY.md, 3).
 enum perigee_quality {
-    PERIGEE_QUALITY_DEFAULT, // 2.5 pixels
-    PERIGEE_QUALITY_LOW,     // 2.5 pixels with half the triangles, and less even
+    PERIGEE_QUALITY_DEFAULT, // 2 pixels
+    PERIGEE_QUALITY_LOW,     // 2.5 pixels
     PERIGEE_QUALITY_HIGH,    // 0.9 pixels
     PERIGEE_QUALITY_PAPER,   // 5.5 pixels: n = 512, m = 20, N = 128 (Clasen & Hege 2006)
 };

@@ -47,9 +47,10 @@ void main()
     uint level = min(ring_row / rings, last);
     float f = float(ring_row - level * rings) / float(rings);
     vec2 dlonlat = map_of_ring(r, float(level) + f);
-    int wanted = max(int(level) - int(view.layers.z), 0), finest = int(view.layers.x);
+    float fine = max(float(level) + f + view.axes.z, 0.0);
+    int wanted = int(fine), finest = int(view.layers.x);
     int sampled = min(wanted, finest);
-    float coarser = wanted > finest ? 0.0 : transition_to_coarser(f);
+    float coarser = wanted > finest ? 0.0 : transition_to_coarser(fine - float(wanted));
     float h = chain_height(dlonlat, sampled, coarser);
     float up, east, north;
     relative_position(place_frame_of_view(), r.x, r.y, r.z, h, up, east, north);

@@ -135,7 +135,7 @@ void main()
     float footprint = distance * view.screen.w * inversesqrt(clamp(dot(up, to_eye), 0.04, 1.0));
     float fine = log2(2.0 * PI * view.axes.x / footprint); // level of one sample across a turn / footprint
     float height_rows = levels.height_map[0].x * PI, color_rows = levels.color_map[0].x * PI;
-    float normal_level = clamp(min(ring_level - float(view.layers.z), fine - log2(height_rows)), 0.0, float(view.layers.x) + 0.999);
+    float normal_level = clamp(min(ring_level + view.axes.z, fine - log2(height_rows)), 0.0, float(view.layers.x) + 0.999);
     float color_level = clamp(min(ring_level, fine - log2(color_rows)), 0.0, float(view.layers.y) + 0.999);
 
     vec3 up_ecef = ecef_of_meridian(up), sun_ecef = ecef_of_meridian(view.sun.xyz);

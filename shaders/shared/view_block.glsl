@@ -7,7 +7,7 @@ BLOCK_VEC4(ray_right)
 BLOCK_VEC4(ray_up)
 BLOCK_VEC4(focus)              /* cos b, sin b of the reduced latitude b; A/B; geodetic latitude */
 BLOCK_VEC4(focus_paper)        /* b; stretch of eq. 11; d(lat)/db; blend weight of level 0 of the paper's blend */
-BLOCK_VEC4(axes)               /* A, B (m); -; - */
+BLOCK_VEC4(axes)               /* A, B (m); by how many levels a ring's heights are finer than its own level; - */
 BLOCK_VEC4(place_scale)        /* the members of place_frame (shared/position.glsl), in order */
 BLOCK_VEC4(place_shape)
 BLOCK_VEC4(place_up)
@@ -17,4 +17,4 @@ BLOCK_VEC4(sun)                /* unit vector to the sun, meridian frame; w: cos
 BLOCK_VEC4(atmosphere)         /* 1 / scale height in planet radii; radius / scale height; glow strength; sin of longitude */
 BLOCK_VEC4(screen)             /* width, height (px); near plane (m); angle of one pixel (rad) */
 BLOCK_UVEC4(rings)             /* coarsest and finest drawn level; rings a level; columns a ring */
-BLOCK_UVEC4(layers)            /* finest height level and finest colour level of the windows; by how much a ring's heights are coarser */
+BLOCK_UVEC4(layers)            /* finest height level and finest colour level of the windows */

@@ -42,12 +42,19 @@ static double ring_half_span(int level, double lat, double ring_bound)
     return asin(fmin(1.0, sin(t) / sin(colatitude)));
 }
 
+// Rows cost their memory; columns half their fineness where they do not suffice.
+static int column_margin(const window_shape *shape)
+{
+    int most = shape->diameter_rows / 16, of_rows = margin(shape);
+    return of_rows < most ? of_rows : most;
+}
+
 // The narrowest share 2^-k of the circle that holds the ring and the margin on both sides.
 static int share_of_ring(const window_shape *shape, int zoom, double half_span)
 {
     double half_turn = (double)shape->cols / 2.0 / M_PI; // columns a radian of longitude, share 0
     for (int k = zoom; k > 0; k--)
-        if (ldexp(half_span * half_turn, k) + margin(shape) <= shape->cols / 2) return k;
+        if (ldexp(half_span * half_turn, k) + column_margin(shape) <= shape->cols / 2) return k;
     return 0;
 }
 

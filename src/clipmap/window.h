@@ -9,10 +9,10 @@
 // lon is row r at lon + pi. A full-circle window (k = 0) holds every column and never moves
 // sideways. A sample lives in the texture at (row mod rows, col mod cols).
 //
-// The margin, (rows - diameter_rows) / 2 samples on each side of the ring in both directions, has
-// room for the bilinear footprint (1), the snapping (1/2), geodetic against reduced latitude (up to
-// A/B - 1 of the radius) and for data that lags behind the viewer. Rows are clipped at the margin
-// beyond a pole: there a window stands still.
+// The margin, (rows - diameter_rows) / 2 samples on each side of the ring, of columns at most
+// diameter_rows / 16, has room for the bilinear footprint (1), the snapping (1/2), geodetic against
+// reduced latitude (up to A/B - 1 of the radius) and for data that lags behind the viewer. Rows are
+// clipped at the margin beyond a pole: there a window stands still.
 //
 // Pure functions. Any thread.
 #ifndef PERIGEE_CLIPMAP_WINDOW_H
@@ -30,13 +30,14 @@ typedef struct window_shape {
     int diameter_rows; // a power of two >= 256
 } window_shape;
 
-// Colour: 1056 x 1024 for 1024 rows across. Heights: 288 x 512 for 256 rows across, and in that
-// proportion for more.
+// Colour: 1056 x 1024 for 1024 rows across. Heights: 336 x 512 for 256 rows across, and in that
+// proportion for more: a ring is sampled by its window a little before it fills it
+// (src/render/windows.c, LEAD).
 #define WINDOW_COLOR ((window_shape){1056, 1024, 1024})
 
 static inline window_shape window_height_shape(int diameter_rows)
 {
-    return (window_shape){diameter_rows + diameter_rows / 8, 2 * diameter_rows, diameter_rows};
+    return (window_shape){diameter_rows + diameter_rows / 16 * 5, 2 * diameter_rows, diameter_rows};
 }
 
 // A half-open rectangle of window samples: rows [row0, row1), columns [col0, col1), col1 - col0 <=

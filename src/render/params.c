@@ -13,43 +13,50 @@ struct quality {
     double error_px; // bound of 99.9 % of all pixels in the views of tests/ACCURACY.md, 3
 };
 
-// 1280 x 960, 90 degrees. Fewer samples or rings would not do for the bound, more triangles would
-// buy little: the curves are in bench/RESULTS.md.
-static const struct quality QUALITIES[] = {
-    [PERIGEE_QUALITY_DEFAULT] = {1024, 40, 256, -1, 2.5},
-    [PERIGEE_QUALITY_LOW] = {512, 48, 256, 8, 2.5},
-    [PERIGEE_QUALITY_HIGH] = {1024, 112, 1024, 4, 0.9},
-    [PERIGEE_QUALITY_PAPER] = {512, 20, 128, -1,
-                               5}, // Clasen & Hege 2006, 5: 512 x 20, textures n/4
+// What is chosen from, from cheap to dear (bench/RESULTS.md has the curves); and the paper's
+// (Clasen & Hege 2006, 5: 512 x 20, textures n/4).
+static const struct quality BY_COST[] = {{512, 48, 256, 8, 2.5},
+                                         {640, 64, 256, 7, 2},
+                                         {1024, 80, 512, 5, 1.4},
+                                         {1024, 112, 1024, 4, 0.9}};
+static const struct quality PAPER = {512, 20, 128, -1, 5.5};
+
+static const struct quality *const QUALITIES[] = {
+    [PERIGEE_QUALITY_DEFAULT] = &BY_COST[1],
+    [PERIGEE_QUALITY_LOW] = &BY_COST[0],
+    [PERIGEE_QUALITY_HIGH] = &BY_COST[3],
+    [PERIGEE_QUALITY_PAPER] = &PAPER,
 };
 
-enum { COUNT = sizeof QUALITIES / sizeof *QUALITIES, DEFAULT_LEVELS = 22, MAX_THREADS = 256 };
+enum {
+    COUNT = sizeof QUALITIES / sizeof *QUALITIES,
+    CHOICES = sizeof BY_COST / sizeof *BY_COST,
+    DEFAULT_LEVELS = 22,
+    MAX_THREADS = 256
+};
 
-static status choose(const perigee_view_params *p, enum perigee_quality *out)
+static status choose(const perigee_view_params *p, const struct quality **out)
 {
-    static const enum perigee_quality by_cost[] = {PERIGEE_QUALITY_LOW, PERIGEE_QUALITY_DEFAULT,
-                                                   PERIGEE_QUALITY_HIGH};
-    *out = p->quality;
+    *out = QUALITIES[p->quality];
     if (p->error_px == 0) return OK;
-    for (int i = 0; i < 3; i++) {
-        *out = by_cost[i];
-        if (QUALITIES[*out].error_px <= p->error_px) return OK;
+    for (int i = 0; i < CHOICES; i++) {
+        *out = &BY_COST[i];
+        if (BY_COST[i].error_px <= p->error_px) return OK;
     }
     log_error("no setting keeps the error below %g pixels; the finest keeps %g", p->error_px,
-              QUALITIES[PERIGEE_QUALITY_HIGH].error_px);
+              BY_COST[CHOICES - 1].error_px);
     return ERR_ARGUMENT;
 }
 
 static status complete_rings(perigee_view_params *p)
 {
-    enum perigee_quality chosen;
+    const struct quality *q;
     if ((int)p->quality < 0 || (int)p->quality >= COUNT || !(p->error_px >= 0)) {
         log_error("impossible quality: %d, error of %g pixels", (int)p->quality, p->error_px);
         return ERR_ARGUMENT;
     }
-    status s = choose(p, &chosen);
+    status s = choose(p, &q);
     if (s) return s;
-    const struct quality *q = &QUALITIES[chosen];
     if (!p->azimuth_steps) p->azimuth_steps = q->azimuth_steps;
     if (!p->rings_per_level) p->rings_per_level = q->rings_per_level;
     if (!p->texels) p->texels = q->texels;

@@ -75,7 +75,7 @@ size_t planar_elevation_bytes(const struct planar_elevation *e)
 
 static int sampled_level(const struct windows *w, int level)
 {
-    int own = level - windows_shift(w), last = windows_last_height(w);
+    int own = level + (int)fmin(windows_lead(w), 0), last = windows_last_height(w);
     return own < 0 ? 0 : own > last ? last : own;
 }
 

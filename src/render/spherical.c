@@ -230,8 +230,9 @@ static void invalidate(struct geometry *geometry)
 static void choose_levels(const struct geometry *geometry, const geometry_frame *f, int *first,
                           int *last)
 {
-    (void)geometry;
-    *last = f->finest;
+    // Where the rings of the fill keep the spacing; no finer than the windows.
+    double rows = 4 * CELL_FILL_RINGS * fmax(spherical_of_const(geometry)->spacing_px, 4);
+    *last = projection_last_level(f->projection, f->gaze.distance, rows, f->finest + 1);
     *first = projection_first_level(&f->view);
 }
 
@@ -332,8 +333,7 @@ static void select_band(struct spherical *s, const struct ring_draw *d, const st
 {
     bool fill = level == s->rings.levels;
     struct strides by = {1, sel->column_stride};
-    if (!fill)
-        by.rings = ring_stride(&s->rings, &d->sight, level, band, heights->low, heights->high);
+    if (!fill) by.rings = ring_stride(&s->rings, &d->sight, level, band);
     const struct index_list *list =
         &s->lists[log2_of(by.columns)][fill ? STRIDE_COUNT : log2_of(by.rings)];
     for (int k = 0; k < CELL_SECTORS; k++) {

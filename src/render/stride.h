@@ -1,6 +1,7 @@
 // How many rings and columns are left out, where they would stand too close on the screen to show:
 // where the camera is far from them against their own radius (from space, under an aircraft, around
-// a far focus), and where level ground is seen edge on. A band draws every second, fourth or eighth
+// a far focus). By the place of camera and focus only, so that a frame does not depend on the path
+// that led to it. A band draws every second, fourth or eighth
 // ring as it needs; columns are left out of the whole frame alike. So neighbouring bands share the
 // vertices of the ring between them, and nothing can crack. Pure functions. Any thread.
 #ifndef PERIGEE_RENDER_STRIDE_H
@@ -15,14 +16,13 @@ typedef struct ring_sight {
     double radius;     // of the planet, m
     double altitude;   // of the camera above the ellipsoid, m
     double pixel;      // angle of a pixel in the middle of the picture, rad
-    double spacing_px; // vertices are left out while they stay so close; 0: none is
+    double spacing_px; // vertices are left out while they stay so close and the chord between them
+                       // keeps to the arc; 0: none is
     gaze gaze;
 } ring_sight;
 
 // The largest power of two up to STRIDE_MAX that divides the band's rings and keeps the spacing.
-// low, high: bounds of the band's heights, m.
-int ring_stride(const ring_params *rings, const ring_sight *sight, int level, int band, double low,
-                double high);
+int ring_stride(const ring_params *rings, const ring_sight *sight, int level, int band);
 
 // The largest power of two up to STRIDE_MAX that divides a cell's columns and keeps the spacing in
 // all levels from `first` to `last`.

@@ -183,13 +183,10 @@ static bool find_gaze(perigee_view *v, double aspect)
     return moved || now.distance != was.distance || now.nearest != was.nearest;
 }
 
-// The rings, and in every mode the windows, end where the rings of the fill keep the spacing, or
-// with the rings whose 256 samples across are no wider than a pixel.
-static int finest_rings(const perigee_view *v)
+// In every mode the windows end where 256 samples across a ring are no wider than a pixel.
+static int finest_windows(const perigee_view *v)
 {
-    double spacing_px = v->params.ring_spacing_px > 0 ? v->params.ring_spacing_px : 4;
-    return projection_last_level(&v->projection, v->gaze.distance, 4 * CELL_FILL_RINGS * spacing_px,
-                                 v->params.levels);
+    return projection_last_level(&v->projection, v->gaze.distance, 256, v->params.levels);
 }
 
 static geometry_frame frame_of(const perigee_view *v)
@@ -208,7 +205,7 @@ static geometry_frame frame_of(const perigee_view *v)
 
 static void choose_levels(perigee_view *v)
 {
-    v->finest = v->params.last_level ? v->params.last_level : finest_rings(v);
+    v->finest = v->params.last_level ? v->params.last_level : finest_windows(v);
     geometry_frame f = frame_of(v);
     v->geometry->mode->levels(v->geometry, &f, &v->first, &v->last);
     if (v->params.last_level) v->last = v->params.last_level;
@@ -257,9 +254,9 @@ static void fill_view_block(const perigee_view *v, struct view_block *b)
     const uint32_t rings[4] = {(uint32_t)v->first, (uint32_t)v->last,
                                (uint32_t)v->params.rings_per_level,
                                (uint32_t)v->params.azimuth_steps + 2};
-    uint32_t shift = (uint32_t)windows_shift(v->windows);
     const uint32_t layers[4] = {(uint32_t)windows_last_height(v->windows),
-                                (uint32_t)windows_color_levels(v->windows) - 1, shift};
+                                (uint32_t)windows_color_levels(v->windows) - 1};
+    b->axes[2] = (float)windows_lead(v->windows);
     memcpy(b->rings, rings, sizeof rings);
     memcpy(b->layers, layers, sizeof layers);
 }

@@ -19,6 +19,12 @@ enum { MAX_COLOR_LEVELS = 18, COLOR_LEVELS_BEYOND = 2, MAX_PENDING = 64 };
 // up to GROWTH windows a second, so that catching up is a moving ramp and not a jump.
 static const double FADE_S = 0.35, GROWTH = 12;
 
+// A ring is sampled by a window before it fills that: at this lead it takes 152 of the 168 rows on
+// each side of the focus (of 256 across a ring), and the levels' transition ends at 133. What is
+// left has room for the ramp at the border, the snapping, and data that lag behind. Without it
+// 2.4 pixels of error for 99.9 % in the Alps became 2.0 with more triangles only.
+static const double LEAD = 0.25;
+
 // What of a level is sampled: inside `valid`, growing towards it.
 struct shown {
     double row0, row1, col0, col1;
@@ -50,7 +56,7 @@ struct windows {
     double lat, lon;
     size_t gpu_bytes;
     int last_height; // finest level wanted
-    int shift;       // by how many levels the heights are coarser than the rings
+    double lead;     // by how many levels the heights are finer than the rings
     bool heights_changed, changed;
 };
 
@@ -129,7 +135,7 @@ status windows_create(const windows_params *params, struct windows **out)
 {
     struct windows *w = NEW(struct windows);
     w->ellipsoid = pyramid_meta(params->pyramid)->ellipsoid;
-    w->shift = params->texels < 256; // the windows of 256 rows serve for 128
+    w->lead = params->texels < 256 ? -1 : LEAD; // the windows of 256 rows serve for 128
     status s = create_layers(w, params);
     if (!s) s = create_textures(w);
     if (!s) s = gpu_upload_create(params->upload_bytes_frame, &w->upload);
@@ -180,9 +186,9 @@ size_t windows_gpu_bytes(const struct windows *w)
     return w->gpu_bytes;
 }
 
-int windows_shift(const struct windows *w)
+double windows_lead(const struct windows *w)
 {
-    return w->shift;
+    return w->lead;
 }
 
 int windows_color_levels(const struct windows *w)
@@ -195,8 +201,8 @@ void windows_move(struct windows *w, double lat, double lon, int last_height, in
     w->changed |= lat != w->lat || lon != w->lon;
     w->lat = lat;
     w->lon = lon;
-    last_height -= w->shift;
-    w->last_height = last_height < w->height.levels ? last_height : w->height.levels - 1;
+    int finest = (int)fmax(last_height + fmin(w->lead, 0), 0);
+    w->last_height = finest < w->height.levels ? finest : w->height.levels - 1;
     clipmap_move(w->height.clipmap, lat, lon, w->last_height);
     clipmap_move(w->color.clipmap, lat, lon,
                  last_color < w->color.levels ? last_color : w->color.levels - 1);
@@ -361,7 +367,7 @@ size_t windows_pump(struct windows *w, double dt_s)
 
 void windows_fill_coarsest(struct windows *w, double timeout_s)
 {
-    windows_move(w, 0, 0, w->shift, 0);
+    windows_move(w, 0, 0, 0, 0);
     // clipmap_wait returns when a strip is ready; its own timeout bounds each turn.
     for (int turn = 0; turn < 1000; turn++) {
         windows_pump(w, -1);
@@ -385,11 +391,22 @@ bool windows_take_changed(struct windows *w)
     return changed;
 }
 
+// The level of heights wanted at a level of rings, that there is.
+static int window_of(const struct windows *w, double level)
+{
+    return (int)clamp_double(floor(level + w->lead), 0, w->last_height);
+}
+
+// The finest of those that a whole level of rings is sampled by.
+static int finest_of(const struct windows *w, int level)
+{
+    return (int)clamp_double(ceil(level + 1 + w->lead) - 1, 0, w->last_height);
+}
+
 uint64_t windows_heights_version(const struct windows *w, int level)
 {
-    level -= w->shift;
-    if (level > w->last_height) level = w->last_height;
-    uint64_t sum = (uint64_t)(level < 0 ? 0 : level) << 48;
+    level = finest_of(w, level);
+    uint64_t sum = (uint64_t)level << 48;
     for (int i = 0; i <= level; i++) sum += w->height.version[i];
     return sum;
 }
@@ -510,19 +527,17 @@ void windows_fill_block(const struct windows *w, struct levels_block *b)
 
 void windows_height_bounds(const struct windows *w, int level, double *low, double *high)
 {
-    level -= w->shift;
-    if (level < 0) level = 0;
-    if (level > w->last_height) level = w->last_height;
+    // From the finest window that the band's inner ring is sampled by to what its outer ring blends
+    // to; further down while one of those does not cover its ring alone.
+    int inner = finest_of(w, level), outer = window_of(w, level);
     *low = INFINITY;
     *high = -INFINITY;
-    // The level itself and the one it blends to; further down while one of them does not cover its
-    // ring alone.
     int whole = 0;
-    for (int i = level; i >= 0 && whole < 2; i--) {
+    for (int i = inner; i >= 0 && whole < 2; i--) {
         clipmap_level s = clipmap_level_state(w->height.clipmap, i);
         *low = fmin(*low, s.min);
         *high = fmax(*high, s.max);
-        whole += s.complete && shown_whole(&w->height.shown[i], &s);
+        whole += i <= outer && s.complete && shown_whole(&w->height.shown[i], &s);
     }
     if (whole < 2) {
         *low = fmin(*low, 0);

@@ -36,8 +36,9 @@ GLuint windows_normals(const struct windows *w);
 GLuint windows_convexity(const struct windows *w);
 GLuint windows_colors(const struct windows *w);
 size_t windows_gpu_bytes(const struct windows *w);
-// By how many levels coarser than a ring's own level its heights are: 1 for 128 samples across.
-int windows_shift(const struct windows *w);
+// By how many levels finer than a ring's own level its heights are: what the windows' margin
+// allows, so that the samples across a ring are never fewer than `texels`; -1 for 128.
+double windows_lead(const struct windows *w);
 int windows_color_levels(const struct windows *w);
 
 // Sets the focus (geodetic, rad) and the finest rings whose own heights and colours are wanted;

@@ -7,7 +7,7 @@
 #include "base/status.h"
 #include "render/blocks.h"
 
-enum { FETCH_ROWS = 288, FETCH_COLUMNS = 512, FETCH_LEVELS = 3 };
+enum { FETCH_ROWS = 336, FETCH_COLUMNS = 512, FETCH_LEVELS = 3 };
 
 // As the shader has them (std430).
 struct fetch_case {

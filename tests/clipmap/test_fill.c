@@ -158,7 +158,7 @@ static void refused_memory_is_passed_up(void **state)
     (void)state;
     struct pyramid *p = fake_pyramid_create();
     window_shape shape = window_height_shape(256);
-    float *got = malloc((size_t)288 * 512 * sizeof *got);
+    float *got = malloc((size_t)shape.rows * (size_t)shape.cols * sizeof *got);
     const double latitudes[] = {0.3, 1.03, 1.5707963267948966};
     for (int i = 0; i < 3; i++) {
         window w = window_at(&shape, 9, latitudes[i], 1, 1.00336);

@@ -29,7 +29,7 @@ static void bytes_follow_the_strip_area(void **state)
     struct clipmap_counters a, b;
     clipmap_counters(m.clipmap, &a);
     assert_int_equal(a.refills, 22);
-    assert_int_equal(a.samples, 22 * 288 * 512);
+    assert_int_equal(a.samples, 22 * 336 * 512);
     for (int n = 0; n < 60; n++) {
         window was[22];
         for (int i = 0; i < 22; i++) was[i] = clipmap_level_state(m.clipmap, i).window;
@@ -51,8 +51,8 @@ static void bytes_follow_the_strip_area(void **state)
         assert_int_equal(b.refills, a.refills);
         // All levels together pay for at most twice the finest one's strips, and the rounding of
         // each.
-        double finest = (fabs(rows) + 1) * 512 + (fabs(cols) + 1) * 288;
-        assert_true((double)expected <= 2 * finest + 22 * (512 + 288));
+        double finest = (fabs(rows) + 1) * 512 + (fabs(cols) + 1) * 336;
+        assert_true((double)expected <= 2 * finest + 22 * (512 + 336));
     }
     model_deinit(&m);
 }

@@ -78,6 +78,7 @@ static void check_narrowest(const window_shape *shape, const window *w, double l
 {
     long double t = ldexpl(PI, -w->level);
     int margin = (shape->rows - shape->diameter_rows) / 2;
+    if (margin > shape->diameter_rows / 16) margin = shape->diameter_rows / 16;
     if (w->level == 0 || ring_holds_pole(lat, ratio, t)) {
         assert_int_equal(w->share, 0);
         return;

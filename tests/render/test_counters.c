@@ -58,7 +58,7 @@ static void test_flight_uploads_strips(void **state)
     double rows = 0;
     for (int level = 1; level <= 21; level++)
         rows += step * M_PI / 180 / (M_PI / 128 * pow(0.5, level));
-    double strip = rows * 512 * 4, window = 288.0 * 512 * 4;
+    double strip = rows * 512 * 4, window = 336.0 * 512 * 4;
     uint64_t worst = 0;
     for (int i = 1; i <= 20; i++) {
         c.lat_deg = lat + i * step;
