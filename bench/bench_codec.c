@@ -70,21 +70,26 @@ static int find_tile(tile_id id)
     return -1;
 }
 
-// Tiles without holes and of more than one value: the others say little of a codec.
-static bool take_tile(tile_id id)
+// Tiles of more than one value, of the finest zoom those with data in at least half: the others say
+// little of a codec. A hole takes the height before it, for all codecs.
+static bool take_tile(tile_id id, bool finest)
 {
     if (find_tile(id) >= 0) return true;
     if (count == MOST) return false;
-    float *h = need(malloc(2 * SAMPLES * sizeof *h)), low = INFINITY, high = -INFINITY;
+    float *h = need(malloc(2 * SAMPLES * sizeof *h)), low = INFINITY, high = -INFINITY, last = 0;
     bool good = planet_file_read_height(file, id, h) == OK;
+    int holes = 0;
+    for (int i = SAMPLES - 1; good && i >= 0; i--) last = isfinite(h[i]) ? h[i] : last;
     for (int i = 0; good && i < SAMPLES; i++) {
-        good = isfinite(h[i]);
+        holes += !isfinite(h[i]);
+        last = h[i] = isfinite(h[i]) ? h[i] : last;
         low = fminf(low, h[i]);
         high = fmaxf(high, h[i]);
     }
-    if (good && low < high) tiles[count++] = (struct tile){id, h, h + SAMPLES};
+    good = good && low < high && (!finest || 2 * holes <= SAMPLES);
+    if (good) tiles[count++] = (struct tile){id, h, h + SAMPLES};
     else free(h);
-    return good && low < high;
+    return good;
 }
 
 static int every = 1, seen;
@@ -93,10 +98,10 @@ static void visit(void *user, tile_id id)
 {
     (void)user;
     if (id.zoom < planet_file_meta(file)->max_zoom[LAYER_HEIGHT] || seen++ % every) return;
-    if (!take_tile(id)) return;
+    if (!take_tile(id, true)) return;
     while (id.zoom > 0) {
         id = tile_parent(id);
-        take_tile(id);
+        take_tile(id, false);
     }
 }
 
