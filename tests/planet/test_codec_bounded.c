@@ -30,7 +30,7 @@ static void make_heights(double max_error, double rough, bool holes)
     bounded_predict(child, parent, predicted);
 }
 
-// Fails when corrections are left out, when the decoder takes another step, when holes are filled.
+// Fails when the decoder leaves out corrections or takes another step, when holes are filled.
 static void the_bound_holds(void **state)
 {
     (void)state;
