@@ -165,6 +165,7 @@ static status open_contest(struct contest *c)
                              .width = c->stage.width,
                              .height = c->stage.height,
                              .flight = c->options->path != NULL,
+                             .bicubic = c->options->bicubic,
                              .color_note = c->files ? "colours of files are compared as they are, "
                                                       "with air or without; modes render without"
                                                     : "colour is compared without air"};

@@ -55,14 +55,16 @@ static reference_params params_of(struct trial *t)
     return params;
 }
 
-// "12", or "5 to 13 by distance, within 0.02 px of the limit".
+// "12", or "5 to 13 by distance, within 0.02 px of the limit"; then ", bicubic" where they are.
 static void name_zoom(const struct trial *t, char text[ZOOM_TEXT_SIZE])
 {
     const sight_ground *g = &t->ground;
-    if (t->session.options->zoom != SIGHT_AUTO) snprintf(text, ZOOM_TEXT_SIZE, "%d", g->zoom_min);
+    const char *between = t->session.options->bicubic ? ", bicubic" : "";
+    if (t->session.options->zoom != SIGHT_AUTO)
+        snprintf(text, ZOOM_TEXT_SIZE, "%d%s", g->zoom_min, between);
     else
-        snprintf(text, ZOOM_TEXT_SIZE, "%d to %d by distance, within %.2g px of the limit",
-                 g->zoom_min, g->zoom_max, g->error_px);
+        snprintf(text, ZOOM_TEXT_SIZE, "%d to %d by distance, within %.2g px of the limit%s",
+                 g->zoom_min, g->zoom_max, g->error_px, between);
 }
 
 static status finish(struct trial *t, status s)

@@ -118,9 +118,11 @@ void compare_report_print(FILE *f, const compare_head *head, const compare_row *
     char camera[CAMERA_STRING_SIZE], lines[COMPARE_LINES][COMPARE_LINE_SIZE];
     camera_string_format(&row->camera, camera, sizeof camera);
     fprintf(f, "a: %s\nb: %s", head->a, head->b);
-    if (row->zoom_low == row->zoom_high) fprintf(f, " (heights of zoom %g)", row->zoom_low);
+    const char *between = head->bicubic ? ", bicubic" : "";
+    if (row->zoom_low == row->zoom_high)
+        fprintf(f, " (heights of zoom %g%s)", row->zoom_low, between);
     else if (!isnan(row->zoom_low))
-        fprintf(f, " (heights of zoom %g to %g)", row->zoom_low, row->zoom_high);
+        fprintf(f, " (heights of zoom %g to %g%s)", row->zoom_low, row->zoom_high, between);
     fprintf(f, "\n%s%s%d x %d px, camera %s\n", head->planet, head->planet[0] ? ", " : "",
             head->width, head->height, camera);
     int count = compare_report_lines(row, lines);
@@ -276,6 +278,7 @@ status compare_report_json(const char *path, const compare_head *head, const com
     cJSON_AddStringToObject(root, "planet", head->planet);
     cJSON_AddNumberToObject(root, "width", head->width);
     cJSON_AddNumberToObject(root, "height", head->height);
+    cJSON_AddBoolToObject(root, "bicubic", head->bicubic);
     cJSON_AddStringToObject(root, "psnr", FORMULA);
     cJSON_AddStringToObject(root, "colour", head->color_note);
     cJSON *frames = cJSON_AddArrayToObject(root, "frames");

@@ -12,6 +12,7 @@ typedef struct compare_head {
     const char *a, *b, *planet; // as given; planet "" when no side needed one
     int width, height;
     bool flight;
+    bool bicubic;           // the reference's heights between samples; false: bilinear
     const char *color_note; // what the colours of the sides hold
 } compare_head;
 

@@ -154,6 +154,8 @@ const struct option_spec option_table[] = {
      "finer with nearness, by --zoom-error (default)"},
     {"zoom-error", 0, R | F | C, GROUP_METHOD, NUMBER(zoom_error_px, 1e-4, 100, "PX"),
      "with --zoom auto: how far the heights may be from endlessly refined ones, in pixels (default 0.05)"},
+    {"heights", 0, R | F | C, GROUP_METHOD, VALUE(option_heights, "NAME"),
+     "of the reference, between samples: bilinear (default) or bicubic, without creases"},
     {"quality", 0, V | R | F | C, GROUP_METHOD, VALUE(option_quality, "NAME"),
      "low, default, high or paper: 99.9 % of the pixels of 1280x960 at 90 degrees are within 2.5, 2, 0.9 or 5.5 pixels of the data"},
     {"error", 0, V | R | F | C, GROUP_METHOD, NUMBER(view_params.error_px, 0.01, 1000, "PX"),

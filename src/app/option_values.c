@@ -212,6 +212,16 @@ status option_zoom(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+status option_heights(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"bilinear", "bicubic"};
+    int found = find_name(value, names, 2);
+    if (found < 0) return refuse(name, value, "bilinear or bicubic");
+    o->bicubic = found == 1;
+    o->heights_given = true;
+    return OK;
+}
+
 status option_levels(struct options *o, const char *name, const char *value)
 {
     int range[2];

@@ -227,9 +227,13 @@ static bool uses_reference(const struct options *o)
            option_mode_find(o->side_b) == MODE_REFERENCE;
 }
 
-static status check_zoom(const struct options *o)
+static status check_reference(const struct options *o)
 {
     bool reference = uses_reference(o);
+    if (o->heights_given && !reference) {
+        log_error("--heights: only with --mode reference, or with reference as a side of compare");
+        return ERR_ARGUMENT;
+    }
     if (o->zoom_given && !reference) {
         log_error("--zoom: only with --mode reference, or with reference as a side of compare");
         return ERR_ARGUMENT;
@@ -255,7 +259,7 @@ static status check(const struct options *o)
         log_error("--paper, --quality and --error: give one of them");
         return ERR_ARGUMENT;
     }
-    if (!s) s = check_zoom(o);
+    if (!s) s = check_reference(o);
     if (s) return s;
     if (o->command == COMMAND_RENDER) s = require(o, o->output, "-o");
     if (o->command == COMMAND_FLY) {

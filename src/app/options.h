@@ -45,6 +45,8 @@ struct options {
     int zoom;               // of the reference's height field, SIGHT_STORED or SIGHT_AUTO
     bool zoom_given;        // --zoom
     double zoom_error_px;   // NaN: not given
+    bool bicubic;           // --heights bicubic, of the reference
+    bool heights_given;     // --heights
     bool paper;             // --paper: as --quality paper
     const char *shader_dir; // NULL: the built-in shaders
 

@@ -42,6 +42,7 @@ reference_params reference_source_params(const struct reference_source *s, const
         .height = height,
         .zoom = o->zoom,
         .error_px = isnan(o->zoom_error_px) ? 0 : o->zoom_error_px,
+        .bicubic = o->bicubic,
         .threads = o->view_params.threads,
         .has_sun = o->time_given,
     };

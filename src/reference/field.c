@@ -38,37 +38,46 @@ double field_bend(const struct field *f)
     return f->bend;
 }
 
+int field_order(const struct field *f)
+{
+    return f->params.bicubic ? PATCH_CUBIC : PATCH_LINEAR;
+}
+
 static double deg(double rad)
 {
     return rad * (180 / M_PI);
 }
 
-static void reduce_tile(const float *heights, float *out)
+// The greatest of each block; of the depths, with `sign` -1.
+static void reduce_tile(const float *heights, float sign, float *out)
 {
     for (int k = FIELD_FINEST_BLOCK; k <= FIELD_COARSEST_BLOCK; k++) {
         int n = TILE_SIZE >> k, m = k == FIELD_FINEST_BLOCK ? 1 << k : 2;
-        const float *from = k == FIELD_FINEST_BLOCK ? heights : out - 4 * n * n;
+        bool finest = k == FIELD_FINEST_BLOCK;
+        const float *from = finest ? heights : out - 4 * n * n;
+        float s = finest ? sign : 1;
         for (int i = 0; i < n * n; i++) {
             const float *block = from + (size_t)(i / n) * m * n * m + (size_t)(i % n) * m;
-            float high = block[0];
-            for (int j = 1; j < m * m; j++) high = fmaxf(high, block[j / m * n * m + j % m]);
+            float high = s * block[0];
+            for (int j = 1; j < m * m; j++) high = fmaxf(high, s * block[j / m * n * m + j % m]);
             out[i] = high;
         }
         out += n * n;
     }
 }
 
-static status keep_maxima(struct field_tile *t, const float *heights)
+// How far each block's extreme lies above the lowest sample, or with `sign` -1 below the highest.
+static status keep_extremes(const struct field_tile *t, const float *heights, float sign,
+                            uint16_t **out)
 {
-    float maxima[FIELD_BLOCKS];
-    t->maxima = malloc(FIELD_BLOCKS * sizeof *t->maxima);
-    if (!t->maxima) return ERR_MEMORY;
-    reduce_tile(heights, maxima);
-    double unit = field_tile_unit(t);
-    for (int i = 0; i < FIELD_BLOCKS; i++) {
-        double q = ceil(((double)maxima[i] - t->min) / unit);
-        t->maxima[i] = (uint16_t)fmin(q, 65535);
-    }
+    float extremes[FIELD_BLOCKS];
+    uint16_t *kept = malloc(FIELD_BLOCKS * sizeof *kept);
+    *out = kept;
+    if (!kept) return ERR_MEMORY;
+    reduce_tile(heights, sign, extremes);
+    double unit = field_tile_unit(t), base = sign > 0 ? (double)t->min : -(double)t->max;
+    for (int i = 0; i < FIELD_BLOCKS; i++)
+        kept[i] = (uint16_t)fmin(ceil(((double)extremes[i] - base) / unit), 65535);
     return OK;
 }
 
@@ -103,7 +112,10 @@ static void scan_some(void *arg, int worker)
             t->min = tile->min;
             t->max = tile->max;
             t->bend = bend_of(tile->heights, fmaxf(fabsf(t->min), fabsf(t->max)));
-            if (t->max > t->min) s = keep_maxima(t, tile->heights);
+            bool flat = !(t->max > t->min);
+            if (!flat) s = keep_extremes(t, tile->heights, 1, &t->maxima);
+            if (!flat && !s && f->params.bicubic)
+                s = keep_extremes(t, tile->heights, -1, &t->minima);
             pyramid_release(f->params.pyramid, &tile);
         }
         if (s) f->error = s;
@@ -120,6 +132,9 @@ static void find_range(struct field *f)
         f->max = fmax(f->max, f->tile[i].max);
         f->bend = fmax(f->bend, f->tile[i].bend);
     }
+    double beyond = patch_overshoot(field_order(f)) * (f->max - f->min);
+    f->max += beyond;
+    f->min -= beyond;
 }
 
 static status scan_tiles(struct field *f, struct pool *pool, const reference_progress *progress)
@@ -142,10 +157,12 @@ static status scan_tiles(struct field *f, struct pool *pool, const reference_pro
     return OK;
 }
 
-// Heights that ground made below the data may have.
-static double first_slack(const struct planet_meta *m)
+// Heights that ground made below the data, and between samples, may have.
+static double first_slack(const struct field *f)
 {
-    return 100 + 0.1 * (m->height_max - m->height_min);
+    const struct planet_meta *m = pyramid_meta(f->params.pyramid);
+    double range = m->height_max - m->height_min, below = 100 + 0.1 * range;
+    return below + patch_overshoot(field_order(f)) * (range + 2 * below);
 }
 
 static status report_count(const struct field *f, status s)
@@ -162,7 +179,7 @@ static status report_count(const struct field *f, status s)
 static status find_tiles(struct field *f, struct pool *pool, const reference_progress *progress)
 {
     const struct planet_meta *m = pyramid_meta(f->params.pyramid);
-    double slack = first_slack(m), low, high;
+    double slack = first_slack(f), low, high;
     status s;
     do {
         low = m->height_min - slack;
@@ -179,7 +196,7 @@ size_t field_count_tiles(const field_params *params)
 {
     struct field f = {.params = *params};
     const struct planet_meta *m = pyramid_meta(params->pyramid);
-    double slack = first_slack(m);
+    double slack = first_slack(&f);
     status s = field_list_tiles(&f, m->height_min - slack, m->height_max + slack);
     size_t count = s ? SIZE_MAX : f.tiles;
     field_forget_tiles(&f);
@@ -205,22 +222,46 @@ void field_destroy(struct field **field)
     *field = NULL;
 }
 
+// Of samples: none exceeds `high`, and when the field is bicubic none lies below `low`.
+struct extremes {
+    double low, high;
+};
+
+static const struct extremes no_samples = {INFINITY, -INFINITY};
+
+static void widen(struct extremes *e, struct extremes by)
+{
+    e->low = fmin(e->low, by.low);
+    e->high = fmax(e->high, by.high);
+}
+
+static int greatest(const uint16_t *blocks, int n, int r0, int r1, int c0, int c1)
+{
+    int most = 0;
+    for (int r = r0; r <= r1; r++)
+        for (int c = c0; c <= c1; c++) most = blocks[r * n + c] > most ? blocks[r * n + c] : most;
+    return most;
+}
+
 // Samples [r0, r1] x [c0, c1] of one tile, by the blocks of a size that few cover.
-static double tile_max(const struct field_tile *t, int r0, int r1, int c0, int c1)
+static struct extremes tile_extremes(const struct field_tile *t, int r0, int r1, int c0, int c1)
 {
     int k = FIELD_FINEST_BLOCK, n = TILE_SIZE >> FIELD_FINEST_BLOCK;
-    const uint16_t *maxima = t->maxima;
-    if (!maxima) return t->max;
+    size_t at = 0;
+    struct extremes e = {t->min, t->max};
     while (k < FIELD_COARSEST_BLOCK && ((r1 >> k) - (r0 >> k) > 2 || (c1 >> k) - (c0 >> k) > 2)) {
-        maxima += n * n;
+        at += (size_t)n * (size_t)n;
         n >>= 1;
         k++;
     }
-    int high = 0;
-    for (int r = r0 >> k; r <= r1 >> k; r++)
-        for (int c = c0 >> k; c <= c1 >> k; c++)
-            high = maxima[r * n + c] > high ? maxima[r * n + c] : high;
-    return t->min + high * field_tile_unit(t);
+    double unit = field_tile_unit(t);
+    r0 >>= k;
+    r1 >>= k;
+    c0 >>= k;
+    c1 >>= k;
+    if (t->maxima) e.high = t->min + greatest(t->maxima + at, n, r0, r1, c0, c1) * unit;
+    if (t->minima) e.low = t->max - greatest(t->minima + at, n, r0, r1, c0, c1) * unit;
+    return e;
 }
 
 static const struct field_tile *tile_at(const struct field *f, const struct field_row *r,
@@ -233,51 +274,59 @@ static const struct field_tile *tile_at(const struct field *f, const struct fiel
 
 // Samples of rows [r0, r1] of one tile row that matter between two longitudes. A tile that was not
 // read is not below any ray in sight, however the box reaches over it.
-static double row_max(const struct field *f, int tile_row, int r0, int r1, double west, double east)
+static struct extremes row_extremes(const struct field *f, int tile_row, int r0, int r1,
+                                    double west, double east)
 {
-    int i = tile_row - f->first_row;
-    if (i < 0 || i >= f->rows) return -INFINITY;
+    struct extremes e = no_samples;
+    int i = tile_row - f->first_row, beside = field_order(f) / 2 - 1;
+    if (i < 0 || i >= f->rows) return e;
     const struct field_row *r = &f->row[i];
     double width = (double)r->cols * TILE_SIZE;
-    int64_t c0 = (int64_t)floor((west / 360 + 0.5) * width - 0.5),
-            c1 = (int64_t)floor((east / 360 + 0.5) * width - 0.5) + 1;
-    if (c1 - c0 >= (int64_t)BOX_TILES * TILE_SIZE) return f->max;
-    double high = -INFINITY;
+    int64_t c0 = (int64_t)floor((west / 360 + 0.5) * width - 0.5) - beside,
+            c1 = (int64_t)floor((east / 360 + 0.5) * width - 0.5) + 1 + beside;
+    if (c1 - c0 >= (int64_t)BOX_TILES * TILE_SIZE) return (struct extremes){f->min, f->max};
     for (int64_t c = c0; c <= c1;) {
         int64_t tile = (c >= 0 ? c : c - TILE_SIZE + 1) / TILE_SIZE, first = tile * TILE_SIZE;
         int64_t last = first + TILE_SIZE - 1 < c1 ? first + TILE_SIZE - 1 : c1;
         const struct field_tile *t = tile_at(f, r, tile);
-        if (t) high = fmax(high, tile_max(t, r0, r1, (int)(c - first), (int)(last - first)));
+        if (t) widen(&e, tile_extremes(t, r0, r1, (int)(c - first), (int)(last - first)));
         c = last + 1;
     }
-    return high;
+    return e;
 }
 
-// Beyond a pole the field goes on as the row as far before it on the opposite meridian.
-double field_max(const struct field *f, const field_box *box)
+// Rows [r0, r1]. Beyond a pole the field goes on as the rows as far before it on the opposite
+// meridian: at most two.
+static struct extremes rows_extremes(const struct field *f, int64_t r0, int64_t r1, double west,
+                                     double east)
 {
-    double step = deg(grid_step_lat(f->params.zoom)), high = -INFINITY;
     int64_t rows = (int64_t)grid_rows(f->params.zoom) * TILE_SIZE;
-    int64_t r0 = (int64_t)floor((90 - box->north) / step - 0.5),
-            r1 = (int64_t)floor((90 - box->south) / step - 0.5) + 1;
-    if (r1 - r0 >= (int64_t)BOX_TILES * TILE_SIZE) return f->max;
-    if (r0 < 0) high = row_max(f, 0, 0, 0, box->west + 180, box->east + 180);
+    struct extremes e = no_samples;
+    if (r0 < 0) e = row_extremes(f, 0, 0, (int)(-1 - r0), west + 180, east + 180);
     if (r1 >= rows)
-        high = fmax(high, row_max(f, (int)(rows / TILE_SIZE) - 1, TILE_SIZE - 1, TILE_SIZE - 1,
-                                  box->west + 180, box->east + 180));
+        widen(&e,
+              row_extremes(f, (int)(rows / TILE_SIZE) - 1, (int)((2 * rows - 1 - r1) % TILE_SIZE),
+                           TILE_SIZE - 1, west + 180, east + 180));
     r0 = r0 < 0 ? 0 : r0;
     r1 = r1 >= rows ? rows - 1 : r1;
     for (int64_t r = r0; r <= r1;) {
         int64_t tile = r / TILE_SIZE, last = tile * TILE_SIZE + TILE_SIZE - 1;
         if (last > r1) last = r1;
-        high = fmax(high, row_max(f, (int)tile, (int)(r % TILE_SIZE), (int)(last % TILE_SIZE),
-                                  box->west, box->east));
+        widen(&e, row_extremes(f, (int)tile, (int)(r % TILE_SIZE), (int)(last % TILE_SIZE), west,
+                               east));
         r = last + 1;
     }
-    return high;
+    return e;
 }
 
-bool field_box_holds(const field_box *o, const field_box *i)
+double field_max(const struct field *f, const field_box *box)
 {
-    return i->south >= o->south && i->north <= o->north && i->west >= o->west && i->east <= o->east;
+    double step = deg(grid_step_lat(f->params.zoom));
+    int beside = field_order(f) / 2 - 1;
+    int64_t r0 = (int64_t)floor((90 - box->north) / step - 0.5) - beside,
+            r1 = (int64_t)floor((90 - box->south) / step - 0.5) + 1 + beside;
+    if (r1 - r0 >= (int64_t)BOX_TILES * TILE_SIZE) return f->max;
+    struct extremes e = rows_extremes(f, r0, r1, box->west, box->east);
+    if (!(e.high >= e.low)) return -INFINITY;
+    return fmin(f->max, e.high + patch_overshoot(field_order(f)) * (e.high - e.low));
 }

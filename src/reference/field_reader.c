@@ -61,53 +61,49 @@ static struct piece find_piece(int zoom, int64_t row, double lon)
 
 static double sample(struct field_reader *reader, const struct piece *p, int64_t column)
 {
+    column = column < 0 ? column + p->width : column < p->width ? column : column - p->width;
     tile_id id = {LAYER_HEIGHT, p->zoom, p->row / TILE_SIZE, (int)(column / TILE_SIZE)};
     const pyramid_tile *tile = reader_tile(reader, id);
     return tile ? tile->heights[p->row % TILE_SIZE * TILE_SIZE + column % TILE_SIZE] : 0.0;
 }
 
-static void line_of_piece(struct field_reader *reader, const struct piece *p, double ref,
-                          double *at, double *slope)
+static patch_row row_of_piece(struct field_reader *reader, const struct piece *p, int order)
 {
-    double west = sample(reader, p, p->west), east = sample(reader, p, p->east);
-    *slope = (east - west) / (p->lon1 - p->lon0);
-    *at = west + (ref - p->lon0) * *slope;
+    int before = order / 2 - 1;
+    patch_row row = {.step = p->lon1 - p->lon0};
+    row.lon = p->lon0 - before * row.step;
+    for (int i = 0; i < order; i++) row.sample[i] = sample(reader, p, p->west - before + i);
+    return row;
 }
 
+// Rows of different widths meet: the patch is as wide as all of them allow.
 field_patch field_patch_at(struct field_reader *reader, double lat, double lon)
 {
-    int zoom = field_zoom(reader->field);
+    int zoom = field_zoom(reader->field), order = field_order(reader->field);
     double step = grid_step_lat(zoom) * (180 / M_PI);
     double y = floor((90 - lat) / step - 0.5);
-    struct piece north = find_piece(zoom, (int64_t)y, lon),
-                 south = find_piece(zoom, (int64_t)y + 1, lon);
-    field_patch p = {.step = step, .ref = lon};
-    p.box = (field_box){90 - (y + 1.5) * step, 90 - (y + 0.5) * step, fmax(north.lon0, south.lon0),
-                        fmin(north.lon1, south.lon1)};
-    line_of_piece(reader, &north, lon, &p.a, &p.ka);
-    line_of_piece(reader, &south, lon, &p.b, &p.kb);
-    return p;
-}
-
-double field_patch_height(const field_patch *p, double lat, double lon)
-{
-    double u = (p->box.north - lat) / p->step, v = lon - p->ref;
-    return (1 - u) * (p->a + p->ka * v) + u * (p->b + p->kb * v);
+    field_box box = {90 - (y + 1.5) * step, 90 - (y + 0.5) * step, -INFINITY, INFINITY};
+    patch_row rows[PATCH_MAX];
+    for (int i = 0; i < order; i++) {
+        struct piece p = find_piece(zoom, (int64_t)y + i - (order / 2 - 1), lon);
+        rows[i] = row_of_piece(reader, &p, order);
+        box.west = fmax(box.west, p.lon0);
+        box.east = fmin(box.east, p.lon1);
+    }
+    return patch_make(&box, order, rows);
 }
 
 double field_height(struct field_reader *reader, double lat, double lon)
 {
     field_patch p = field_patch_at(reader, lat, lon);
-    return field_patch_height(&p, lat, lon);
+    return patch_height(&p, lat, lon);
 }
 
 void field_gradient(struct field_reader *reader, double lat, double lon, double *per_lat,
                     double *per_lon)
 {
     field_patch p = field_patch_at(reader, lat, lon);
-    double u = (p.box.north - lat) / p.step, v = lon - p.ref;
-    *per_lat = (p.a + p.ka * v - p.b - p.kb * v) / p.step;
-    *per_lon = (1 - u) * p.ka + u * p.kb;
+    patch_gradient(&p, lat, lon, per_lat, per_lon);
 }
 
 static double linear_of_srgb(double c)

@@ -10,7 +10,7 @@
 
 #define RAD (M_PI / 180)
 
-// Interpolation reaches two samples beyond a tile; twice that.
+// A tile's samples shape the ground up to two samples beyond it, when bicubic; twice that.
 #define REACH_SAMPLES 4
 // Listing these takes a few seconds.
 #define MAX_CANDIDATES (1 << 24)
@@ -155,7 +155,10 @@ status field_list_tiles(struct field *f, double low, double high)
 
 void field_forget_tiles(struct field *f)
 {
-    for (size_t i = 0; i < f->tiles; i++) free(f->tile[i].maxima);
+    for (size_t i = 0; i < f->tiles; i++) {
+        free(f->tile[i].maxima);
+        free(f->tile[i].minima);
+    }
     free(f->tile);
     free(f->row);
     free(f->index);

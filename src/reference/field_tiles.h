@@ -17,7 +17,9 @@ enum {
 struct field_tile {
     tile_id id;
     float min, max, bend;
-    uint16_t *maxima; // above min, in units of field_tile_unit(), rounded up; NULL: all are max
+    // In units of field_tile_unit(), rounded away: above min, and below max (bicubic only). NULL
+    // when all samples are equal.
+    uint16_t *maxima, *minima;
 };
 
 // Candidates [first, first + count) of a tile row, columns counted around the circle. index[at + i]
@@ -34,7 +36,7 @@ struct field {
     int32_t *index;
     struct field_tile *tile;
     size_t tiles;
-    double min, max, bend;
+    double min, max, bend; // of the surface
     _Atomic status error;
 };
 

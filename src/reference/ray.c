@@ -23,6 +23,7 @@ struct caster {
     dvec3 origin, dir; // the origin moved up to the shell by `start` metres, where t = 0
     double pixel, start;
     field_patch patch;
+    patch_bounds bounds; // of the patch
     bool has_patch;
 };
 
@@ -90,17 +91,9 @@ static bool find_patch(struct caster *c, const field_box *box, const struct knot
     double step = grid_step_lat(field_zoom(c->reader->field)) / RAD;
     if (box->north - box->south > step) return false;
     c->patch = field_patch_at(c->reader, 0.5 * (a->lat + b->lat), 0.5 * (a->lon + b->lon));
+    c->bounds = patch_bound(&c->patch);
     c->has_patch = true;
     return field_box_holds(&c->patch.box, box);
-}
-
-static double corner_max(const field_patch *p, const field_box *b)
-{
-    double w = fmax(field_patch_height(p, b->north, b->west),
-                    field_patch_height(p, b->south, b->west)),
-           e = fmax(field_patch_height(p, b->north, b->east),
-                    field_patch_height(p, b->south, b->east));
-    return fmax(w, e) + HEIGHT_ROOM_M;
 }
 
 // Bound of the second derivative of height above ground along a piece within the patch, 1/m.
@@ -108,28 +101,23 @@ static double corner_max(const field_patch *p, const field_box *b)
 // |lon'| <= 1/rho, |lon''| <= 2/rho^2, |lat''| <= (2 + m)/r^2 + 1/(r rho), where m bounds the
 // relative change of the meridian's radius by latitude; 0 <= g'' <= 1/r.
 static double curvature_bound(const struct caster *c, const struct knot *a, const struct knot *b,
-                              const field_box *box, double low)
+                              double low)
 {
-    const field_patch *p = &c->patch;
+    const patch_bounds *h = &c->bounds;
     double ratio = c->e.a / c->e.b, q = fmax(ratio, 1 / ratio);
     double m = 1.5 * (q * q - 1) * q * q, r = least_radius(c, low);
     double rho = fmax(a->rho, b->rho) - (b->t - a->t);
     if (rho <= 0) return INFINITY;
-    double west = box->west - p->ref, east = box->east - p->ref;
-    double h_lat = fmax(fabs(p->b + p->kb * west - p->a - p->ka * west),
-                        fabs(p->b + p->kb * east - p->a - p->ka * east)) /
-                   (p->step * RAD);
-    double h_lon = fmax(fabs(p->ka), fabs(p->kb)) / RAD;
-    double h_both = fabs(p->kb - p->ka) / (p->step * RAD * RAD);
     double lat2 = (2 + m) / (r * r) + 1 / (r * rho), lon2 = 2 / (rho * rho);
-    return 1 / r + 2 * h_both / (r * rho) + h_lat * lat2 + h_lon * lon2;
+    double bent = h->lat_lat / (r * r) + 2 * h->lat_lon / (r * rho) + h->lon_lon / (rho * rho);
+    return 1 / r + bent / (RAD * RAD) + (h->lat * lat2 + h->lon * lon2) / RAD;
 }
 
 static double ground_at(const struct caster *c, const struct knot *k)
 {
     const field_box point = {k->lat, k->lat, k->lon, k->lon};
     if (c->has_patch && field_box_holds(&c->patch.box, &point))
-        return field_patch_height(&c->patch, k->lat, k->lon);
+        return patch_height(&c->patch, k->lat, k->lon);
     return field_height(c->reader, k->lat, k->lon);
 }
 
@@ -175,8 +163,8 @@ enum verdict { PASSES, HITS, UNDECIDED };
 static enum verdict judge(const struct caster *c, const struct knot *a, const struct knot *b,
                           const field_box *box, double low)
 {
-    if (low > corner_max(&c->patch, box)) return PASSES;
-    double length = b->t - a->t, bend = curvature_bound(c, a, b, box, low);
+    if (low > patch_max(&c->patch, &c->bounds, box) + HEIGHT_ROOM_M) return PASSES;
+    double length = b->t - a->t, bend = curvature_bound(c, a, b, low);
     double fa = above_ground(c, a), fb = above_ground(c, b);
     if (fb <= 0) return fa - fb > bend * length * length ? HITS : UNDECIDED;
     // The chord less the parabola of this curvature.

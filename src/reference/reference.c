@@ -223,6 +223,7 @@ static status find_ground(struct picture *p, struct pool *pool)
                            .view = view_of(&p->aim, q),
                            .pixel = p->pixel,
                            .zoom = q->zoom,
+                           .bicubic = q->bicubic,
                            .error_px = q->error_px > 0 ? q->error_px : DEFAULT_ERROR_PX};
     status s = sight_create(&params, pool, &part, &p->sight);
     if (!s && q->ground) *q->ground = sight_get_ground(p->sight);

@@ -1,8 +1,8 @@
 // The judge of every renderer: one ray a pixel, in double precision, against the height field
-// P = S(lat, lon) + h(lat, lon) n with h bilinear in the samples of one zoom, or of a zoom chosen
-// by distance. It shares no code with the clipmap, and its conversions are GeographicLib's. The
-// same input gives the same bits whatever the number of threads. One call at a time for each
-// thread.
+// P = S(lat, lon) + h(lat, lon) n with h bilinear or bicubic in the samples of one zoom, or of a
+// zoom chosen by distance. It shares no code with the clipmap, and its conversions are
+// GeographicLib's. The same input gives the same bits whatever the number of threads. One call at a
+// time for each thread.
 #ifndef PERIGEE_REFERENCE_REFERENCE_H
 #define PERIGEE_REFERENCE_REFERENCE_H
 
@@ -20,6 +20,7 @@ typedef struct reference_params {
     int width, height; // px, 1 to 16384
     int zoom;          // of the height field, SIGHT_STORED or SIGHT_AUTO
     double error_px;   // with SIGHT_AUTO; 0: 0.05
+    bool bicubic;      // heights between samples; false: bilinear
     int threads;       // 0: one for each processor
     bool has_sun;      // false: noon at the camera, as perigee_view has it
     dvec3 sun;         // unit, ECEF

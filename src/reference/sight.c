@@ -47,7 +47,7 @@ static int finest_stored(const struct planet_meta *m)
 
 static field_params params_of(const struct sight *s, const struct shell *shell, int zoom)
 {
-    field_params f = {s->params.pyramid, zoom, s->params.view};
+    field_params f = {s->params.pyramid, zoom, s->params.view, s->params.bicubic};
     f.sight.near = shell->near;
     f.sight.far = shell->far;
     return f;

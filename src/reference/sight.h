@@ -18,6 +18,7 @@ typedef struct sight_params {
     double pixel;     // metres that a pixel is wide at distance 1
     int zoom;
     double error_px; // SIGHT_AUTO: > 0
+    bool bicubic;    // heights between samples; false: bilinear
 } sight_params;
 
 // What was chosen. error_px: what bilinear heights of these zooms are estimated to miss of the

@@ -156,6 +156,24 @@ static void test_no_difference(void **state)
     }
 }
 
+// The reference between its own samples: other ground, and the tables say which.
+static void test_heights(void **state)
+{
+    (void)state;
+    expect_good("compare hills.planet -q --a truth.exr --zoom stored --csv heights.csv");
+    assert_null(strstr(out, "bicubic"));
+    expect_good("compare hills.planet -q --a truth.exr --zoom stored --heights bicubic "
+                "--csv curved.csv --json curved.json");
+    assert_non_null(strstr(out, ", bicubic)"));
+    assert_true(csv_number("heights.csv", 0, "geometric_px_rms") !=
+                csv_number("curved.csv", 0, "geometric_px_rms"));
+    char text[TEXT_SIZE];
+    read_text("curved.json", text);
+    assert_non_null(strstr(text, "\"bicubic\":\ttrue"));
+    expect_good("render " VIEW " --mode reference --heights bicubic -v -o curved.exr");
+    assert_non_null(strstr(err, ", bicubic"));
+}
+
 // The clipmap against the reference, seen three ways: small errors, and the same in every table.
 static void test_tables(void **state)
 {
@@ -327,10 +345,10 @@ static void test_interrupt(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_difference), cmocka_unit_test(test_tables),
-        cmocka_unit_test(test_without_air),   cmocka_unit_test(test_known_error),
-        cmocka_unit_test(test_flight),        cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_interrupt),
+        cmocka_unit_test(test_heights),     cmocka_unit_test(test_no_difference),
+        cmocka_unit_test(test_tables),      cmocka_unit_test(test_without_air),
+        cmocka_unit_test(test_known_error), cmocka_unit_test(test_flight),
+        cmocka_unit_test(test_faults),      cmocka_unit_test(test_interrupt),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -6,6 +6,7 @@
 #include "planet/grid.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #define PI_L 3.14159265358979323846264338327950288L
@@ -16,6 +17,7 @@ typedef struct oracle {
     float (*sample)(int zoom, int64_t row, int64_t col); // of the global grid
     long double slope;                                   // bound of |dh| / distance
     long double top;                                     // bound of h
+    bool bicubic;                                        // false: bilinear
 } oracle;
 
 static inline void oracle_geodetic(const oracle *o, const long double p[3], long double *lat,
@@ -33,7 +35,17 @@ static inline void oracle_geodetic(const oracle *o, const long double p[3], long
     *height = rho * c + p[2] * s - o->a * sqrtl(1 - e2 * s * s);
 }
 
-// One row, linear between samples; a row beyond a pole is the row as far before it, half a turn on.
+// Between h[1] and h[2]: straight; or by Hermite's cubic whose slopes at both ends are those of the
+// chords from h[0] to h[2] and from h[1] to h[3].
+static inline long double oracle_between(const oracle *o, const long double h[4], long double t)
+{
+    if (!o->bicubic) return h[1] + (h[2] - h[1]) * t;
+    long double first = (h[2] - h[0]) / 2, last = (h[3] - h[1]) / 2, s = 1 - t;
+    return h[1] * s * s * (1 + 2 * t) + h[2] * t * t * (1 + 2 * s) + first * t * s * s -
+           last * t * t * s;
+}
+
+// One row; a row beyond a pole is the row as far before it, half a turn on.
 static inline long double oracle_row(const oracle *o, int64_t row, long double lon)
 {
     int64_t rows = (int64_t)256 << o->zoom;
@@ -42,19 +54,20 @@ static inline long double oracle_row(const oracle *o, int64_t row, long double l
         lon += PI_L;
     }
     int64_t width = (int64_t)256 * grid_cols(o->zoom, (int)(row / 256));
-    long double x = (lon / (2 * PI_L) + 0.5L) * (long double)width - 0.5L, k = floorl(x);
-    int64_t west = ((int64_t)k % width + width) % width;
-    long double h0 = o->sample(o->zoom, row, west),
-                h1 = o->sample(o->zoom, row, (west + 1) % width);
-    return h0 + (h1 - h0) * (x - k);
+    long double x = (lon / (2 * PI_L) + 0.5L) * (long double)width - 0.5L, k = floorl(x), h[4];
+    for (int i = 0; i < 4; i++) {
+        int64_t column = (((int64_t)k - 1 + i) % width + width) % width;
+        h[i] = o->sample(o->zoom, row, column);
+    }
+    return oracle_between(o, h, x - k);
 }
 
 static inline long double oracle_height(const oracle *o, long double lat, long double lon)
 {
     long double y = (PI_L / 2 - lat) / PI_L * (long double)((int64_t)256 << o->zoom) - 0.5L;
-    long double k = floorl(y), north = oracle_row(o, (int64_t)k, lon),
-                south = oracle_row(o, (int64_t)k + 1, lon);
-    return north + (south - north) * (y - k);
+    long double k = floorl(y), h[4];
+    for (int i = 0; i < 4; i++) h[i] = oracle_row(o, (int64_t)k - 1 + i, lon);
+    return oracle_between(o, h, y - k);
 }
 
 static inline long double oracle_clear(const oracle *o, const double origin[3], const double dir[3],

@@ -2,65 +2,12 @@
 // made of single samples: waves, a cone on the pole, a lone spike, noise; from 10 m to 10^9 m.
 #include "check.h"
 
+#include "ground.h"
 #include "oracle.h"
-#include "planet/planet_fixture.h"
 #include "reference/ray.h"
 
 static const geo_ellipsoid sphere = {1e6, 1e6}, wgs84 = {6378137.0, 6356752.314245179},
                            lentil = {1e6, 8e5};
-
-static float (*current)(int zoom, int64_t row, int64_t col);
-
-static float from_current(tile_id id, int row, int col, double lat, double lon)
-{
-    (void)lat;
-    (void)lon;
-    return current(id.zoom, (int64_t)id.row * TILE_SIZE + row, (int64_t)id.col * TILE_SIZE + col);
-}
-
-struct scene {
-    fixture files;
-    opened planet;
-    struct pool *pool;
-    struct field *field;
-    struct field_reader reader;
-};
-
-static void open_scene(struct scene *s, geo_ellipsoid e, int zoom,
-                       float (*sample)(int, int64_t, int64_t))
-{
-    struct planet_writer *w;
-    struct planet_meta meta = {.name = "Test", .ellipsoid = e};
-    current = sample;
-    fixture_init(&s->files, "reference");
-    assert_int_equal(planet_writer_open(s->files.path, "test", false, &w), OK);
-    fixture_put_heights(w, zoom, from_current, NULL);
-    assert_int_equal(planet_writer_finish(w, &meta), OK);
-    planet_writer_close(&w);
-    s->planet = fixture_open(&s->files, 0, false);
-    s->pool = pool_create(2, 4);
-    s->field = NULL;
-}
-
-// The field as seen from a point.
-static void look_from(struct scene *s, const double eye[3], int zoom)
-{
-    reference_progress silent = {0};
-    if (s->field) field_reader_deinit(&s->reader);
-    field_destroy(&s->field);
-    const field_params params = {s->planet.pyramid, zoom, {.eye = {eye[0], eye[1], eye[2]}}};
-    assert_int_equal(field_create(&params, s->pool, &silent, &s->field), OK);
-    field_reader_init(&s->reader, s->field, s->planet.pyramid);
-}
-
-static void close_scene(struct scene *s)
-{
-    if (s->field) field_reader_deinit(&s->reader);
-    field_destroy(&s->field);
-    pool_destroy(&s->pool);
-    fixture_close(&s->planet);
-    fixture_deinit(&s->files);
-}
 
 static dvec3 random_direction(struct check_random *r)
 {
@@ -107,18 +54,18 @@ static long double closed_form(long double a, long double b, dvec3 o, dvec3 d)
 // Heights of the eye from 10 m to 10^9 m, rays through the disc and within 1 mm to 1 km of its
 // edge. Error: metres along the ray, less the thousandth of its tolerance within which a root is
 // left, times the sine at which it meets the ground.
-static void check_level(geo_ellipsoid e, float h, float (*sample)(int, int64_t, int64_t))
+static void check_level(geo_ellipsoid e, float h, ground_sample *sample)
 {
-    struct scene s;
+    struct ground s;
     struct check_random r = {11};
     const double pixel = 1e-3;
     double worst = 0;
     int hits = 0, misses = 0;
-    open_scene(&s, e, 1, sample);
+    ground_open(&s, e, 1, sample);
     for (int i = 0; i < 40; i++) {
         double above = pow(10, check_random_range(&r, 1, 9)), ground = e.a + h;
         dvec3 eye = dvec3_scale(random_direction(&r), ground + above);
-        look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+        ground_look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
         for (int j = 0; j < 200; j++) {
             bool edge = j % 2;
             double off = pow(10, check_random_range(&r, -3, 3)) * (j % 4 == 1 ? 1 : -1);
@@ -144,7 +91,7 @@ static void check_level(geo_ellipsoid e, float h, float (*sample)(int, int64_t, 
                   hits, misses, worst);
     assert_true(hits > 1000 && misses > 500);
     assert_true(worst <= 2e-6);
-    close_scene(&s);
+    ground_close(&s);
 }
 
 static void test_closed_forms(void **state)
@@ -156,24 +103,17 @@ static void test_closed_forms(void **state)
 }
 
 // Samples on the sphere of radius 10^6 at zoom 1 lie 6.1 km apart.
-static void place_of_sample(int zoom, int64_t row, int64_t col, double *lat, double *lon)
-{
-    int64_t width = (int64_t)256 * grid_cols(zoom, (int)(row / 256));
-    *lat = M_PI / 2 - M_PI * ((double)row + 0.5) / (double)((int64_t)256 << zoom);
-    *lon = 2 * M_PI * (((double)col + 0.5) / (double)width - 0.5);
-}
-
 static float waves(int zoom, int64_t row, int64_t col)
 {
     double lat, lon;
-    place_of_sample(zoom, row, col, &lat, &lon);
+    ground_place(zoom, row, col, &lat, &lon);
     return (float)(3000 * sin(9 * lat) * cos(6 * lon) * cos(lat));
 }
 
 static float cone(int zoom, int64_t row, int64_t col)
 {
     double lat, lon;
-    place_of_sample(zoom, row, col, &lat, &lon);
+    ground_place(zoom, row, col, &lat, &lon);
     return (float)fmax(0, 20000 - 0.2 * 1e6 * (M_PI / 2 - lat));
 }
 
@@ -183,7 +123,7 @@ static float noise(int zoom, int64_t row, int64_t col)
     check_random_u64(&r);
     check_random_u64(&r);
     double lat, lon;
-    place_of_sample(zoom, row, col, &lat, &lon);
+    ground_place(zoom, row, col, &lat, &lon);
     return (float)(check_random_range(&r, -1000, 1000) * cos(lat));
 }
 
@@ -197,23 +137,24 @@ static float spike(int zoom, int64_t row, int64_t col)
 // Low eyes and high ones, many rays near the horizon; every hit and every miss as the oracle has
 // it, unless the oracle itself came within 10 um of the ground. Error as above, without the sine
 // (slopes and grazing make it worse, so the tolerance is the ray's own: 10^-4 of a pixel).
-static void check_terrain(const char *name, geo_ellipsoid e, float (*sample)(int, int64_t, int64_t),
+static void check_terrain(const char *name, bool bicubic, geo_ellipsoid e, ground_sample *sample,
                           double slope, double top, int eyes)
 {
-    struct scene s;
+    struct ground s;
     struct check_random r = {5};
-    oracle o = {e.a, e.b, 1, sample, slope, top};
+    oracle o = {e.a, e.b, 1, sample, slope, top, bicubic};
     double worst = 0;
     int hits = 0, misses = 0, unsure = 0;
     const double pixel = 1e-3;
-    open_scene(&s, e, 1, sample);
+    ground_open(&s, e, 1, sample);
+    s.bicubic = bicubic;
     for (int i = 0; i < eyes; i++) {
         dvec3 up = i % 4 == 0 ? dvec3_make(1e-4 * i, 0, i % 8 ? 1 : -1) : random_direction(&r);
         up = dvec3_normalize(up);
         double above = pow(10, check_random_range(&r, 1, i % 2 ? 4 : 7));
         dvec3 near = dvec3_scale(up, 1 + (top + above) / e.b); // the ellipsoid as the unit sphere
         dvec3 eye = {near.x * e.a, near.y * e.a, near.z * e.b};
-        look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+        ground_look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
         for (int j = 0; j < 20; j++) {
             dvec3 to = dvec3_normalize(dvec3_cross(up, random_direction(&r)));
             double dip = acos(1 / dvec3_length(near)) + check_random_range(&r, -0.01, 0.05);
@@ -243,26 +184,30 @@ static void check_terrain(const char *name, geo_ellipsoid e, float (*sample)(int
                   name, hits, misses, unsure, worst);
     assert_true(hits > 4 * eyes && misses > eyes / 2);
     assert_true(unsure <= eyes / 10);
-    close_scene(&s);
+    ground_close(&s);
 }
 
 static void test_waves(void **state)
 {
     (void)state;
-    check_terrain("waves", sphere, waves, 0.06, 3000, 32);
-    check_terrain("waves on a lentil", lentil, waves, 0.1, 3000, 16);
+    check_terrain("waves", false, sphere, waves, 0.06, 3000, 32);
+    check_terrain("waves on a lentil", false, lentil, waves, 0.1, 3000, 16);
+    check_terrain("waves, bicubic", true, sphere, waves, 0.08, 3100, 16);
+    check_terrain("waves on a lentil, bicubic", true, lentil, waves, 0.13, 3100, 16);
 }
 
 static void test_cone_on_the_pole(void **state)
 {
     (void)state;
-    check_terrain("cone", sphere, cone, 0.3, 20000, 32);
+    check_terrain("cone", false, sphere, cone, 0.3, 20000, 32);
+    check_terrain("cone, bicubic", true, sphere, cone, 0.57, 25625, 16);
 }
 
 static void test_noise(void **state)
 {
     (void)state;
-    check_terrain("noise", sphere, noise, 1.5, 1000, 16);
+    check_terrain("noise", false, sphere, noise, 1.5, 1000, 16);
+    check_terrain("noise, bicubic", true, sphere, noise, 2.9, 1562.5, 16);
 }
 
 // Level rays past the one sample that stands out, from every side, a little below its top and a
@@ -270,10 +215,10 @@ static void test_noise(void **state)
 static void test_no_peak_is_missed(void **state)
 {
     (void)state;
-    struct scene s;
+    struct ground s;
     double lat, lon;
-    open_scene(&s, sphere, 1, spike);
-    place_of_sample(1, SPIKE_ROW, SPIKE_COL, &lat, &lon);
+    ground_open(&s, sphere, 1, spike);
+    ground_place(1, SPIKE_ROW, SPIKE_COL, &lat, &lon);
     dvec3 up = {cos(lat) * cos(lon), cos(lat) * sin(lon), sin(lat)};
     dvec3 east = {-sin(lon), cos(lon), 0}, north = dvec3_cross(up, east);
     for (int i = 0; i < 64; i++) {
@@ -282,40 +227,81 @@ static void test_no_peak_is_missed(void **state)
         for (int above = 0; above < 2; above++) {
             dvec3 top = dvec3_scale(up, sphere.a + 5000 + (above ? 1e-3 : -1e-3));
             dvec3 eye = dvec3_mad(top, dir, -distance);
-            look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+            ground_look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
             ray_hit hit;
             bool got = ray_cast(&s.reader, eye, dir, 1e-3, &hit);
             assert_int_equal(got, !above);
             if (got) check_near(hit.t, distance, 0.01);
         }
     }
-    close_scene(&s);
+    ground_close(&s);
+}
+
+// A bicubic surface rises above its samples: in the middle of a cell of this pattern by the most it
+// can, 9/16 of 1000 m (patch.h). Level rays over it, a little below and a little above.
+static float crests(int zoom, int64_t row, int64_t col)
+{
+    (void)zoom;
+    bool inner = (row % 4 == 1 || row % 4 == 2) == (col % 4 == 1 || col % 4 == 2);
+    return inner ? 1000 : -1000;
+}
+
+static void test_no_crest_is_missed(void **state)
+{
+    (void)state;
+    struct ground s;
+    double lat[2], lon[2];
+    ground_open(&s, sphere, 1, crests);
+    s.bicubic = true;
+    ground_place(1, SPIKE_ROW / 4 * 4 + 1, SPIKE_COL / 4 * 4 + 1, &lat[0], &lon[0]);
+    ground_place(1, SPIKE_ROW / 4 * 4 + 2, SPIKE_COL / 4 * 4 + 2, &lat[1], &lon[1]);
+    double phi = 0.5 * (lat[0] + lat[1]), lambda = 0.5 * (lon[0] + lon[1]);
+    dvec3 up = {cos(phi) * cos(lambda), cos(phi) * sin(lambda), sin(phi)};
+    dvec3 east = {-sin(lambda), cos(lambda), 0}, north = dvec3_cross(up, east);
+    for (int i = 0; i < 64; i++) {
+        double turn = 2 * M_PI * i / 64, distance = 1000.0 * (20 + 13 * i);
+        dvec3 dir = dvec3_mad(dvec3_scale(north, cos(turn)), east, sin(turn));
+        for (int above = 0; above < 2; above++) {
+            dvec3 top = dvec3_scale(up, sphere.a + 1562.5 + (above ? 1e-3 : -1e-3));
+            dvec3 eye = dvec3_mad(top, dir, -distance);
+            ground_look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+            ray_hit hit;
+            bool got = ray_cast(&s.reader, eye, dir, 1e-3, &hit);
+            assert_int_equal(got, !above);
+            if (got) check_near(hit.t, distance, 20);
+        }
+    }
+    ground_close(&s);
 }
 
 static void test_inside(void **state)
 {
     (void)state;
-    struct scene s;
-    open_scene(&s, sphere, 1, level_100);
+    struct ground s;
+    ground_open(&s, sphere, 1, level_100);
     struct check_random r = {3};
     for (int i = 0; i < 20; i++) {
         dvec3 up = random_direction(&r), dir = random_direction(&r);
         dvec3 eye = dvec3_scale(up, sphere.a + (i % 2 ? 99.999 : -5000));
-        look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
+        ground_look_from(&s, (double[]){eye.x, eye.y, eye.z}, 1);
         ray_hit hit;
         assert_true(ray_cast(&s.reader, eye, dir, 1e-3, &hit));
         check_near(hit.t, 0, 0);
         check_near(hit.height, 100, 1e-9);
     }
-    close_scene(&s);
+    ground_close(&s);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_forms),      cmocka_unit_test(test_waves),
-        cmocka_unit_test(test_cone_on_the_pole),  cmocka_unit_test(test_noise),
-        cmocka_unit_test(test_no_peak_is_missed), cmocka_unit_test(test_inside),
+        cmocka_unit_test(test_closed_forms),
+        cmocka_unit_test(test_waves),
+        cmocka_unit_test(test_cone_on_the_pole),
+        cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_no_peak_is_missed),
+        cmocka_unit_test(test_no_crest_is_missed),
+        cmocka_unit_test(test_inside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

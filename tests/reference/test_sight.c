@@ -82,7 +82,7 @@ static void place(double lat, double lon, double height, dvec3 *eye)
 static struct field *make_field(field_sight sight, int zoom)
 {
     struct field *f;
-    const field_params params = {plain.pyramid, zoom, sight};
+    const field_params params = {.pyramid = plain.pyramid, .zoom = zoom, .sight = sight};
     assert_int_equal(field_create(&params, pool, &silent, &f), OK);
     return f;
 }
@@ -143,7 +143,8 @@ enum { WIDTH = 96, HEIGHT = 72, PIXELS = WIDTH * HEIGHT };
 // At every pixel the ground of the zoom chosen there is as near as stated to that of many zooms
 // more, in pixels of the picture's middle. Ground nearer than a quarter of the clearance is counted
 // at that distance.
-static void check_auto(const opened *planet, const reference_camera *c, double error_px)
+static void check_auto(const opened *planet, const reference_camera *c, double error_px,
+                       bool bicubic)
 {
     static float z[PIXELS], height[PIXELS], level[PIXELS];
     static double lat[PIXELS], lon[PIXELS];
@@ -154,6 +155,7 @@ static void check_auto(const opened *planet, const reference_camera *c, double e
                           .height = HEIGHT,
                           .zoom = SIGHT_AUTO,
                           .error_px = error_px,
+                          .bicubic = bicubic,
                           .ground = &ground};
     reference_planes planes = {
         .z_m = z, .height_m = height, .level = level, .lat_deg = lat, .lon_deg = lon};
@@ -173,10 +175,11 @@ static void check_auto(const opened *planet, const reference_camera *c, double e
         finest = level[i] > finest ? (int)level[i] : finest;
         coarsest = level[i] < coarsest ? (int)level[i] : coarsest;
     }
-    print_message("%g %g %g m, %g px: zooms %d to %d (%d to %d stated), stated %.4f, rms %.4f, "
+    print_message("%s %g %g %g m, %g px: zooms %d to %d (%d to %d stated), stated %.4f, rms %.4f, "
                   "worst %.4f px\n",
-                  c->lat_deg, c->lon_deg, c->alt_m, error_px, coarsest, finest, ground.zoom_min,
-                  ground.zoom_max, ground.error_px, sqrt(sum / compared), worst);
+                  bicubic ? "bicubic" : "bilinear", c->lat_deg, c->lon_deg, c->alt_m, error_px,
+                  coarsest, finest, ground.zoom_min, ground.zoom_max, ground.error_px,
+                  sqrt(sum / compared), worst);
     assert_true(compared > PIXELS / 5);
     assert_true(ground.zoom_min <= coarsest && ground.zoom_max >= finest);
     assert_true(ground.error_px <= error_px);
@@ -192,8 +195,9 @@ static void test_auto_holds_its_error(void **state)
                                         {40, 20, 3e5, 30, -30, 0, 60},
                                         {40, 20, ground + 3e3, 130, -20, 0, 60},
                                         {89.99, 20, 4e4, 130, -20, 0, 60}};
-    for (int i = 0; i < 4; i++) check_auto(&plain, &cameras[i], 0.02);
-    for (int i = 0; i < 4; i++) check_auto(&rough, &cameras[i], 0.2);
+    for (int i = 0; i < 8; i++) check_auto(&plain, &cameras[i / 2], 0.02, i % 2);
+    for (int i = 0; i < 4; i++) check_auto(&rough, &cameras[i], 0.2, false);
+    check_auto(&rough, &cameras[1], 0.2, true);
 }
 
 // Given zooms are taken as they are.
