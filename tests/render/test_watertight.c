@@ -1,5 +1,6 @@
 // Never a hole: random views, and views aimed at every kind of place where something meets, with
-// all data there and with what happens to be there. An argument multiplies the number of views.
+// all data there and with what happens to be there. An argument multiplies the number of views, a
+// second one chooses tests (test_aimed*).
 #include "render/gaps.h"
 
 enum { RANDOM_VIEWS = 100, AIMED_VIEWS = 4, MET_PAIRS = 5 };
@@ -125,7 +126,8 @@ static void test_random_views(void **state)
     look_from_everywhere("default", &(perigee_view_params){0}, RANDOM_VIEWS * times, 31);
 }
 
-// Coarser meshes, the other transforms, coordinates from vertices, no culling.
+// Coarser meshes, rings and columns left out, the other transforms, coordinates from vertices, no
+// culling.
 static void test_other_settings(void **state)
 {
     (void)state;
@@ -135,12 +137,14 @@ static void test_other_settings(void **state)
     } settings[] = {
         {"the paper's mesh", {.azimuth_steps = 512, .rings_per_level = 20}},
         {"a coarse mesh", {.azimuth_steps = 256, .rings_per_level = 20}},
+        {"rings and columns left out", {.ring_spacing_px = 6}},
+        {"low, most left out", {.quality = PERIGEE_QUALITY_LOW}},
         {"exact, by vertex", {.transform = PERIGEE_TRANSFORM_EXACT, .texcoord_vertex = true}},
         {"blend, hardware filter",
          {.transform = PERIGEE_TRANSFORM_BLEND, .hardware_filter = true, .no_cull = true}},
     };
-    for (int i = 0; i < 4; i++)
-        look_from_everywhere(settings[i].name, &settings[i].params, 6 * times, 100 + (uint64_t)i);
+    for (size_t i = 0; i < sizeof settings / sizeof *settings; i++)
+        look_from_everywhere(settings[i].name, &settings[i].params, 6 * times, 100 + i);
 }
 
 // The paper's exact transform, 24 m above the ground: the finest levels' heights come from places
@@ -331,6 +335,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "views: 1 to 1000 times the usual number, not '%s'\n", argv[1]);
         return 2;
     }
+    if (argc > 2) cmocka_set_test_filter(argv[2]);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_aimed_views), cmocka_unit_test(test_random_views),
         cmocka_unit_test(test_exact_near_the_ground), cmocka_unit_test(test_other_settings)};
