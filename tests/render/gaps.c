@@ -15,14 +15,24 @@ void gaps_read(perigee_view *view, struct gaps_frame *f)
     assert_int_equal(perigee_view_read_triangles(view, &triangles), 0);
 }
 
-static bool must_show(const double o[3], const double d[3])
+// Does the ray meet the ellipsoid lowered by so many metres? `along`: where it comes closest.
+static bool meets_lowered(const double o[3], const double d[3], double metres, double *along)
 {
-    double a = 6378137.0 - ANALYTIC_HEIGHT_MAX - 1, b = 6356752.314245179 - ANALYTIC_HEIGHT_MAX - 1;
+    double a = 6378137.0 - metres, b = 6356752.314245179 - metres;
     double x[3] = {o[0] / a, o[1] / a, o[2] / b}, v[3] = {d[0] / a, d[1] / a, d[2] / b};
     double vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2],
            xv = x[0] * v[0] + x[1] * v[1] + x[2] * v[2];
     double xx = x[0] * x[0] + x[1] * x[1] + x[2] * x[2];
+    *along = -xv / vv;
     return xv < 0 && xv * xv - vv * (xx - 1) > 0;
+}
+
+static bool must_show(const perigee_camera *c, const double o[3], const double d[3], double limb_px)
+{
+    double along, deep = ANALYTIC_HEIGHT_MAX + 1;
+    if (!meets_lowered(o, d, deep, &along)) return false;
+    double pixel = 2 * tan(c->fov_deg * (M_PI / 360)) / GAPS_HEIGHT * along;
+    return limb_px == 0 || meets_lowered(o, d, deep + limb_px * pixel, &along);
 }
 
 // Distance along the axis of the ground that two opposite neighbours of pixel k both show, about
@@ -55,13 +65,13 @@ static bool cracked(const perigee_camera *c, const struct gaps_frame *f, int k)
     return far > 0 && solid(c, k, far);
 }
 
-struct gaps_counts gaps_find(const perigee_camera *c, const struct gaps_frame *f)
+struct gaps_counts gaps_find(const perigee_camera *c, const struct gaps_frame *f, double limb_px)
 {
     struct gaps_counts n = {0};
     for (int k = 0; k < GAPS_PIXELS; k++) {
         double o[3], d[3];
         scene_ray(c, GAPS_WIDTH, GAPS_HEIGHT, k % GAPS_WIDTH + 0.5, k / GAPS_WIDTH + 0.5, o, d);
-        bool inside = must_show(o, d), sky = isnan(f->z[k]);
+        bool inside = must_show(c, o, d, limb_px), sky = isnan(f->z[k]);
         n.inside += inside;
         n.background += inside && sky;
         n.cracks += cracked(c, f, k);

@@ -31,7 +31,8 @@ struct gaps_frame {
 };
 
 struct gaps_counts {
-    int inside;       // pixels whose ray meets the ellipsoid lowered beneath the deepest terrain
+    int inside;       // pixels whose ray meets the ellipsoid lowered beneath the deepest terrain,
+                      // and by what the limb may lie too low
     int background;   // of those, how many show no planet
     int cracks;       // pixels that show what lies behind ground that their neighbours show
     int unidentified; // pixels with depth but no triangle, or the other way round
@@ -40,7 +41,9 @@ struct gaps_counts {
 // Reads the last frame of a view made with `identify`, rendered at the size above.
 void gaps_read(perigee_view *view, struct gaps_frame *frame);
 
-struct gaps_counts gaps_find(const perigee_camera *camera, const struct gaps_frame *frame);
+// limb_px: by how many pixels the limb may lie too low.
+struct gaps_counts gaps_find(const perigee_camera *camera, const struct gaps_frame *frame,
+                             double limb_px);
 
 // How many pairs of neighbouring pixels in the middle third of the picture have one pixel on each
 // side of a border of the kind, both drawn by a triangle. GAPS_POLE: how many of the four quarters
