@@ -22,6 +22,7 @@ struct contest {
     struct compare_stage stage;
     perigee_camera camera;
     bool files; // a side is one, which has the camera
+    char color_note[96];
     struct path_file path;
     struct flight *flight; // NULL: one still
     int frames;
@@ -59,6 +60,7 @@ static status take_file(struct contest *c, const struct compare_side *side)
 {
     const struct options *o = c->options;
     const image_exr_file *p = &side->picture;
+    if (c->stage.samples > 1) return refuse_file(side, "has its colours: no --samples");
     if (!p->has_camera) return refuse_file(side, "no attributes camera.lat and so on");
     if (o->path)
         return refuse_file(side, "a picture of one camera cannot be compared along --path");
@@ -98,10 +100,13 @@ static status open_sides(struct contest *c)
     status s = OK;
     c->stage.width = c->options->width ? c->options->width : WIDTH;
     c->stage.height = c->options->height ? c->options->height : HEIGHT;
+    c->stage.samples = c->options->samples ? c->options->samples : 1;
     for (int i = 0; i < 2 && !s; i++) {
         s = compare_side_open(names[i], &c->sides[i]);
         if (!s && is_file(&c->sides[i])) s = take_file(c, &c->sides[i]);
     }
+    if (!s)
+        s = reference_check_options(c->options, c->stage.width, c->stage.height, c->stage.samples);
     return s ? s : check_pair(&c->sides[0], &c->sides[1]);
 }
 
@@ -152,6 +157,18 @@ static status take_maps(struct contest *c)
     return ERR_MEMORY;
 }
 
+static void write_color_note(struct contest *c)
+{
+    int n = c->stage.samples;
+    const char *note = c->files ? "colours of files are compared as they are, with air or without; "
+                                  "modes render without"
+                                : "colour is compared without air";
+    if (n == 1) snprintf(c->color_note, sizeof c->color_note, "%s", note);
+    else
+        snprintf(c->color_note, sizeof c->color_note, "%s, the mean of %d x %d samples a pixel",
+                 note, n, n);
+}
+
 static status open_contest(struct contest *c)
 {
     status s = c->options->path ? path_file_load(c->options->path, &c->path) : OK;
@@ -166,9 +183,8 @@ static status open_contest(struct contest *c)
                              .height = c->stage.height,
                              .flight = c->options->path != NULL,
                              .bicubic = c->options->bicubic,
-                             .color_note = c->files ? "colours of files are compared as they are, "
-                                                      "with air or without; modes render without"
-                                                    : "colour is compared without air"};
+                             .color_note = c->color_note};
+    write_color_note(c);
     check_planet(c);
     c->frames = 1;
     if (c->options->path) s = open_flight(c);

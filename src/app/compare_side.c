@@ -89,7 +89,7 @@ static status take_memory(const struct compare_stage *stage, image_exr_file *p)
 }
 
 static status render_view(struct compare_stage *stage, int mode, const perigee_camera *camera,
-                          image_exr_file *p)
+                          int width, int height, perigee_planes *planes)
 {
     const GLenum format = GL_RGBA8;
     bool first = mode == (int)stage->options.view_params.mode;
@@ -98,26 +98,14 @@ static status render_view(struct compare_stage *stage, int mode, const perigee_c
     status s = (status)perigee_view_set_camera(view, camera);
     const struct options *o = &stage->options;
     if (!s && o->time_given) s = (status)perigee_view_set_time(view, o->unix_time_s);
-    if (!s) s = (status)perigee_view_wait(view, stage->width, stage->height, o->timeout_s);
-    if (!s) s = gpu_target_init(&target, stage->width, stage->height, &format, 1, 0);
+    if (!s) s = (status)perigee_view_wait(view, width, height, o->timeout_s);
+    if (!s) s = gpu_target_init(&target, width, height, &format, 1, 0);
     if (s) return s;
-    perigee_planes planes = {.r = p->r,
-                             .g = p->g,
-                             .b = p->b,
-                             .z_m = p->z_m,
-                             .height_m = p->height_m,
-                             .lat_deg = p->lat_deg,
-                             .lon_deg = p->lon_deg,
-                             .level = p->level};
     glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
-    s = (status)perigee_view_render(view, stage->width, stage->height);
-    if (!s) s = (status)perigee_view_read_planes(view, &planes);
+    s = (status)perigee_view_render(view, width, height);
+    if (!s) s = (status)perigee_view_read_planes(view, planes);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gpu_target_deinit(&target);
-    for (int i = 0; i < 3; i++) { // a view knows no normals of its own
-        free(p->normals[i]);
-        p->normals[i] = NULL;
-    }
     return s;
 }
 
@@ -128,24 +116,66 @@ static bool report(void *user, double done)
     return interrupt_requested();
 }
 
-static status render_reference(struct compare_stage *stage, const perigee_camera *c,
-                               image_exr_file *p)
+static status render_reference(struct compare_stage *stage, const perigee_camera *c, int width,
+                               int height, const reference_planes *planes)
 {
-    reference_params params =
-        reference_source_params(&stage->source, c, stage->width, stage->height);
+    reference_params params = reference_source_params(&stage->source, c, width, height);
     params.progress = (reference_progress){report, stage};
-    reference_planes planes = {.r = p->r,
-                               .g = p->g,
-                               .b = p->b,
-                               .z_m = p->z_m,
-                               .height_m = p->height_m,
-                               .lat_deg = p->lat_deg,
-                               .lon_deg = p->lon_deg,
-                               .level = p->level,
-                               .nx = p->normals[0],
-                               .ny = p->normals[1],
-                               .nz = p->normals[2]};
-    return reference_render(&params, &planes);
+    return reference_render(&params, planes);
+}
+
+// Everything, by the pixels' centres.
+static status render_centres(const struct compare_side *side, struct compare_stage *stage,
+                             const perigee_camera *camera)
+{
+    const image_exr_file *p = &side->picture;
+    if (is_view(side)) {
+        perigee_planes planes = {.r = p->r,
+                                 .g = p->g,
+                                 .b = p->b,
+                                 .z_m = p->z_m,
+                                 .height_m = p->height_m,
+                                 .lat_deg = p->lat_deg,
+                                 .lon_deg = p->lon_deg,
+                                 .level = p->level};
+        return render_view(stage, side->mode, camera, stage->width, stage->height, &planes);
+    }
+    const reference_planes planes = {.r = p->r,
+                                     .g = p->g,
+                                     .b = p->b,
+                                     .z_m = p->z_m,
+                                     .height_m = p->height_m,
+                                     .lat_deg = p->lat_deg,
+                                     .lon_deg = p->lon_deg,
+                                     .level = p->level,
+                                     .nx = p->normals[0],
+                                     .ny = p->normals[1],
+                                     .nz = p->normals[2]};
+    return render_reference(stage, camera, stage->width, stage->height, &planes);
+}
+
+// Colours once more, of a picture as many times as large, whose means replace the centres'.
+static status render_colors(const struct compare_side *side, struct compare_stage *stage,
+                            const perigee_camera *camera)
+{
+    int samples = stage->samples, width = stage->width * samples, height = stage->height * samples;
+    size_t n = (size_t)width * (size_t)height;
+    float *light = calloc(n, 3 * sizeof *light);
+    if (!light) {
+        log_error("--size %dx%d --samples %d: out of memory", stage->width, stage->height, samples);
+        return ERR_MEMORY;
+    }
+    perigee_planes seen = {.r = light, .g = light + n, .b = light + 2 * n};
+    const reference_planes cast = {.r = light, .g = light + n, .b = light + 2 * n};
+    status s = is_view(side) ? render_view(stage, side->mode, camera, width, height, &seen)
+                             : render_reference(stage, camera, width, height, &cast);
+    float *const planes[] = {side->picture.r, side->picture.g, side->picture.b};
+    for (size_t k = 0; k < 3 && !s; k++)
+        for (int i = 0; i < stage->width * stage->height; i++)
+            planes[k][i] = (float)reference_picture_mean(light + k * n, stage->width, samples,
+                                                         i % stage->width, i / stage->width);
+    free(light);
+    return s;
 }
 
 status compare_side_render(struct compare_side *side, struct compare_stage *stage,
@@ -154,9 +184,17 @@ status compare_side_render(struct compare_side *side, struct compare_stage *stag
     if (side->mode < 0) return OK;
     if (report(stage, 0)) return ERR_CANCELLED;
     status s = take_memory(stage, &side->picture);
-    if (s) return s;
-    return side->mode == MODE_REFERENCE ? render_reference(stage, camera, &side->picture)
-                                        : render_view(stage, side->mode, camera, &side->picture);
+    double share = stage->share, rays = 1 + stage->samples * stage->samples;
+    if (stage->samples > 1) stage->share = share / rays;
+    if (!s) s = render_centres(side, stage, camera);
+    for (int i = 0; i < 3 && is_view(side); i++) { // a view knows no normals of its own
+        free(side->picture.normals[i]);
+        side->picture.normals[i] = NULL;
+    }
+    if (s || stage->samples == 1) return s;
+    stage->done += stage->share;
+    stage->share = share - stage->share;
+    return render_colors(side, stage, camera);
 }
 
 compare_picture compare_side_planes(const struct compare_side *side)

@@ -22,6 +22,7 @@ struct compare_stage {
     perigee_view *other;    // and this one a second, NULL: there is none
     struct reference_source source;
     int width, height;
+    int samples; // colours are the mean of so many by so many a pixel
     struct progress progress;
     double done, share; // of the work: what is done, and what the picture now made is of it
 };

@@ -92,8 +92,8 @@ const struct option_spec option_table[] = {
 
     {"size", 0, V | R | F | C, GROUP_PICTURE, VALUE(option_size, "WxH"),
      "pixels, 1..16384 each (default 1280x960; fly: 1280x720, view: 1280x800)"},
-    {"samples", 0, R | F, GROUP_PICTURE, INTEGER(samples, 1, 8, "N"),
-     "supersampling of PNGs, N x N a pixel, 1..8 (default 2; fly: 1)"},
+    {"samples", 0, R | F | C, GROUP_PICTURE, INTEGER(samples, 1, 8, "N"),
+     "supersampling of PNGs, and of the colours that compare measures, N x N a pixel, 1..8 (default 2; fly, compare: 1)"},
     {"time", 0, V | R | F | C, GROUP_PICTURE, VALUE(option_time, "TIME"),
      "where the sun stands: UTC as YYYY-MM-DDTHH:MM[:SS]Z, or noon: always day (default)"},
 

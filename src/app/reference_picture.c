@@ -57,7 +57,7 @@ static uint8_t encode(double c)
     return (uint8_t)(255 * c + 0.5);
 }
 
-static double mean(const float *plane, int width, int samples, int x, int y)
+double reference_picture_mean(const float *plane, int width, int samples, int x, int y)
 {
     double sum = 0;
     size_t stride = (size_t)width * (size_t)samples;
@@ -84,7 +84,7 @@ status reference_picture(const reference_params *params, int samples, uint8_t *r
     for (int i = 0; !s && i < width * height; i++)
         for (size_t k = 0; k < 3; k++)
             rgb[3 * (size_t)i + k] =
-                encode(mean(light + k * n, width, samples, i % width, i / width));
+                encode(reference_picture_mean(light + k * n, width, samples, i % width, i / width));
     free(light);
     return s;
 }

@@ -25,6 +25,10 @@ reference_params reference_source_params(const struct reference_source *s,
 // params' size is the picture's. ERR_MEMORY, logged.
 status reference_picture(const reference_params *params, int samples, uint8_t *rgb);
 
+// Of the samples of pixel (x, y) of a picture `width` pixels wide; the plane is `samples` times as
+// large.
+double reference_picture_mean(const float *plane, int width, int samples, int x, int y);
+
 // ERR_ARGUMENT, logged: options that need a GPU, or too many rays across.
 status reference_check_options(const struct options *o, int width, int height, int samples);
 

@@ -174,6 +174,26 @@ static void test_heights(void **state)
     assert_non_null(strstr(err, ", bicubic"));
 }
 
+// Supersampled colours: the same geometry, other colours on both sides, and equal ones of one mode.
+static void test_samples(void **state)
+{
+    (void)state;
+    expect_good("compare " VIEW " --a reference --samples 2 --csv same.csv");
+    assert_non_null(strstr(out, "the mean of 2 x 2 samples a pixel"));
+    check_near(csv_number("same.csv", 0, "mse"), 0, 0);
+    expect_fault("compare hills.planet -q --a truth.exr --samples 2", "truth.exr: has its colours");
+    expect_fault("compare " VIEW " --size 4000x3000 --samples 5", "--samples 5");
+    if (!gpu) return;
+    expect_good("compare " VIEW " --zoom 3 --csv one.csv");
+    expect_good("compare " VIEW " --zoom 3 --samples 3 --csv nine.csv");
+    static const char *const same[] = {"ground", "geometric_px_rms", "depth_m_max", "limb_px_max"};
+    for (int i = 0; i < 4; i++)
+        check_near(csv_number("nine.csv", 0, same[i]), csv_number("one.csv", 0, same[i]), 0);
+    double one = csv_number("one.csv", 0, "mse"), nine = csv_number("nine.csv", 0, "mse");
+    print_message("colour: mse %.3g, of means of nine samples %.3g\n", one, nine);
+    assert_true(nine > 0 && nine < 0.9 * one);
+}
+
 // The clipmap against the reference, seen three ways: small errors, and the same in every table.
 static void test_tables(void **state)
 {
@@ -345,7 +365,7 @@ static void test_interrupt(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_heights),     cmocka_unit_test(test_no_difference),
+        cmocka_unit_test(test_heights), cmocka_unit_test(test_samples),     cmocka_unit_test(test_no_difference),
         cmocka_unit_test(test_tables),      cmocka_unit_test(test_without_air),
         cmocka_unit_test(test_known_error), cmocka_unit_test(test_flight),
         cmocka_unit_test(test_faults),      cmocka_unit_test(test_interrupt),

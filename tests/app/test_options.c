@@ -54,7 +54,7 @@ static const char *const accepted[] = {
     "--planar-triangles 50000 -o a",
     "render --mode reference --zoom auto --zoom-error 0.1 -o a",
     "render --mode reference --zoom stored --heights bicubic -o a",
-    "compare --heights bilinear",
+    "compare --heights bilinear --samples 8",
     "fly --mode reference --zoom 24 --path f -o %d.png",
     "render --cache-bytes 1G --shader-dir x --stats s --no-wait --wait -o a",
     "render -o a -- --odd-name.planet",
