@@ -22,7 +22,7 @@ struct contest {
     struct compare_stage stage;
     perigee_camera camera;
     bool files; // a side is one, which has the camera
-    char color_note[96];
+    char color_note[160];
     struct path_file path;
     struct flight *flight; // NULL: one still
     int frames;
