@@ -17,7 +17,7 @@ static double ground(const perigee_camera *c)
 
 static void check_gaps(const char *what, int frame, const perigee_camera *c)
 {
-    struct gaps_counts n = gaps_find(c, &seen);
+    struct gaps_counts n = gaps_find(c, &seen, 0);
     if (n.background + n.cracks + n.unidentified)
         fail_msg("%s %d: lat %.9g lon %.9g alt %.9g heading %g pitch %g: %d background pixels, %d "
                  "cracks, %d without an identifier",
