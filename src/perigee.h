@@ -81,6 +81,9 @@ PERIGEE_API perigee_status perigee_planet_height(perigee_planet *planet, double 
 // they are the finest, so that the height is that of perigee_planet_height.
 PERIGEE_API bool perigee_planet_height_now(perigee_planet *planet, double lat_deg, double lon_deg,
                                            double *height_m);
+// Ends the waiting of other threads in perigee_planet_height, now and for good: for who has to wait
+// for them and does not want to wait for a server. They get the code for cancelled.
+PERIGEE_API void perigee_planet_stop_waiting(perigee_planet *planet);
 
 // How vertices are placed. Data, streaming, shading and measures are the same in all modes.
 enum perigee_mode {

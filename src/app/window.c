@@ -327,6 +327,7 @@ static void close_window(struct window *w)
     if (w->ui) ui_deinit();
     input_destroy(&w->input);
     control_destroy(&w->control);
+    perigee_planet_stop_waiting(w->params->planet);
     window_ground_destroy(&w->ground);
     perigee_view_destroy(&w->view);
     if (w->glfw) glfwDestroyWindow(w->glfw);

@@ -179,12 +179,18 @@ status pyramid_try(struct pyramid *p, tile_id id, struct want *want, const pyram
 
 status pyramid_acquire(struct pyramid *p, tile_id id, const pyramid_tile **out)
 {
-    const double again_s = 0.5; // should news be missed
+    const double again_s = 0.1; // should news be missed, or nobody want to wait any more
     struct want *want = want_create(-1);
     status s;
-    while ((s = pyramid_try(p, id, want, out)) == ERR_PENDING) want_wait(want, again_s);
+    while ((s = pyramid_try(p, id, want, out)) == ERR_PENDING && !p->given_up)
+        want_wait(want, again_s);
     want_release(&want);
-    return s;
+    return s == ERR_PENDING ? ERR_CANCELLED : s;
+}
+
+void pyramid_give_up(struct pyramid *p)
+{
+    p->given_up = true;
 }
 
 void pyramid_release(struct pyramid *p, const pyramid_tile **tile)

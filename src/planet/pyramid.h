@@ -67,8 +67,12 @@ bool pyramid_synthesises(const struct pyramid *pyramid);
 status pyramid_try(struct pyramid *pyramid, tile_id id, struct want *want,
                    const pyramid_tile **out);
 
-// The same, but waits for what is on its way. ERR_MEMORY only.
+// The same, but waits for what is on its way. ERR_MEMORY, or ERR_CANCELLED after pyramid_give_up.
 status pyramid_acquire(struct pyramid *pyramid, tile_id id, const pyramid_tile **out);
+
+// Ends all waiting in pyramid_acquire and pyramid_height_at, now and for good: for who wants to
+// leave while a server hangs.
+void pyramid_give_up(struct pyramid *pyramid);
 void pyramid_release(struct pyramid *pyramid, const pyramid_tile **tile);
 
 // Finest zoom at which data is stored at or above this tile's zoom for its place: zoom of the tile

@@ -21,7 +21,8 @@ struct pyramid {
     struct pyramid **overs; // what lies on this one, lowest first
     float *opacity;         // of overs
     int over_count;
-    struct cache *mixed; // all of them together; NULL without overs
+    struct cache *mixed;  // all of them together; NULL without overs
+    atomic_bool given_up; // nobody waits any more
 };
 
 // Makes a tile of the pyramid's own source; `user` is the pyramid. A cache_make.

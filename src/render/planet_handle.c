@@ -108,3 +108,8 @@ bool perigee_planet_height_now(perigee_planet *planet, double lat_deg, double lo
     if (zoom < 0) *height_m = NAN;
     return zoom == FINEST_ZOOM;
 }
+
+void perigee_planet_stop_waiting(perigee_planet *planet)
+{
+    pyramid_give_up(planet->pyramid);
+}

@@ -111,6 +111,7 @@ void scout_wait(struct scout *s, double timeout_s)
     t.tv_nsec = (long)((end - (double)t.tv_sec) * 1e9);
     pthread_mutex_lock(&s->lock);
     while (s->busy && pthread_cond_timedwait(&s->idle, &s->lock, &t) != ETIMEDOUT) continue;
+    bool busy = s->busy;
     pthread_mutex_unlock(&s->lock);
-    if (s->want && !s->question.gaze.exact) want_wait(s->want, end - clock_now_s());
+    if (!busy && s->want && !s->question.gaze.exact) want_wait(s->want, end - clock_now_s());
 }

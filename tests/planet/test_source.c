@@ -2,6 +2,7 @@
 #include "planet_fixture.h"
 #include "check.h"
 
+#include <pthread.h>
 #include <stdatomic.h>
 
 #include "base/clock.h"
@@ -17,7 +18,7 @@ struct plain {
     bool half, late, failing;
     struct want *waiting[64];
     int waiting_count;
-    int reads;
+    atomic_int reads;
 };
 
 static bool plain_has(const struct source *source, tile_id id)
@@ -185,6 +186,32 @@ static void late_tiles_are_asked_for_together(void **state)
     pyramid_destroy(&p);
 }
 
+static void *wait_for_tile(void *arg)
+{
+    struct pyramid *p = arg;
+    const pyramid_tile *tile;
+    return (void *)(long)pyramid_acquire(p, fixture_tile_at(3, 0.3, 1.5), &tile);
+}
+
+// Who waits for a tile that never comes can be told to leave.
+static void waiting_ends_when_it_is_given_up(void **state)
+{
+    (void)state;
+    struct plain ground = plain_make(100, 40, 3);
+    ground.late = true;
+    pyramid_layer layer = {&ground.source, 1};
+    struct pyramid *p = stack(&layer, 1);
+    pthread_t thread;
+    void *result;
+    assert_int_equal(pthread_create(&thread, NULL, wait_for_tile, p), 0);
+    while (ground.reads == 0) clock_sleep_s(0.01);
+    pyramid_give_up(p);
+    pthread_join(thread, &result);
+    assert_int_equal((long)result, ERR_CANCELLED);
+    for (int i = 0; i < ground.waiting_count; i++) want_give_back(&ground.waiting[i]);
+    pyramid_destroy(&p);
+}
+
 // A tile below the data lies across tiles of the data: each of them is asked for in the first try.
 static void neighbours_are_asked_for_together(void **state)
 {
@@ -235,6 +262,7 @@ int main(void)
         cmocka_unit_test(coverage_is_kept),
         cmocka_unit_test(another_body_is_refused),
         cmocka_unit_test(late_tiles_are_asked_for_together),
+        cmocka_unit_test(waiting_ends_when_it_is_given_up),
         cmocka_unit_test(neighbours_are_asked_for_together),
         cmocka_unit_test(stand_ins_end),
     };
