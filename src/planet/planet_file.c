@@ -28,6 +28,8 @@ struct connection {
     struct connection *next;
 };
 
+enum { BROKEN_TILES = 256 };
+
 struct planet_file {
     char *path;
     int version;    // of the schema
@@ -35,6 +37,8 @@ struct planet_file {
     struct planet_meta meta;
     pthread_mutex_t lock;
     struct connection *idle;
+    tile_id broken[BROKEN_TILES]; // some parents that could not be read, and were named
+    int broken_count;
     struct cache *above; // decoded tiles whose children were read; NULL: no tile needs its parent
     atomic_bool failing; // the disk did not give the last tile; told once
 };
@@ -173,12 +177,34 @@ static status check_file(struct planet_file *file)
     return s;
 }
 
+static bool is_broken(struct planet_file *file, tile_id id)
+{
+    bool found = false;
+    pthread_mutex_lock(&file->lock);
+    for (int i = 0; i < file->broken_count; i++) found |= tile_id_equal(file->broken[i], id);
+    pthread_mutex_unlock(&file->lock);
+    return found;
+}
+
+// Its children ask for it again and again; it is named once. Beyond the room for them, tiles are
+// named each time.
+static void note_broken(struct planet_file *file, tile_id id)
+{
+    pthread_mutex_lock(&file->lock);
+    if (file->broken_count < BROKEN_TILES) file->broken[file->broken_count++] = id;
+    pthread_mutex_unlock(&file->lock);
+}
+
 static status make_above(void *user, struct want *want, tile_id id, void *samples,
                          struct cache_made *made)
 {
     (void)want;
     (void)made;
-    return planet_file_read_height(user, id, samples);
+    struct planet_file *file = user;
+    if (is_broken(file, id)) return ERR_FORMAT;
+    status s = planet_file_read_height(file, id, samples);
+    if (s == ERR_FORMAT) note_broken(file, id);
+    return s;
 }
 
 status planet_file_open(const char *path, struct planet_file **out)

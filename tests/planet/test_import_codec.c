@@ -314,7 +314,8 @@ static void test_bounded_reading(void **state)
 }
 
 // A tile whose parent is broken cannot be read; one line names the parent, and the others are
-// unharmed. Fails when the child is decoded over nothing, or complains too.
+// unharmed. Fails when the child is decoded over nothing, or complains too, or the parent is named
+// again.
 static void test_broken_parent(void **state)
 {
     (void)state;
@@ -336,6 +337,11 @@ static void test_broken_parent(void **state)
     assert_non_null(strstr(logged, "height/0/0/1"));
     assert_ptr_equal(strchr(logged, '\n'), logged + strlen(logged) - 1);
     assert_int_equal(planet_file_read_height(f, beside, heights), OK);
+    // Its other child is refused without another word.
+    under.col = 2;
+    logged[0] = 0;
+    assert_int_equal(planet_file_read_height(f, under, heights), ERR_FORMAT);
+    assert_string_equal(logged, "");
     planet_file_close(&f);
 }
 
