@@ -50,6 +50,7 @@ struct variant {
 static const struct variant VARIANTS[] = {
     {"default", {0}},
     {"no_cull", {.no_cull = true}},
+    {"gpu_synthesis", {.gpu_synthesis = true}},
     {"paper_rings", {.azimuth_steps = 512, .rings_per_level = 20}},
 };
 

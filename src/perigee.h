@@ -146,7 +146,8 @@ typedef struct perigee_view_params {
     bool no_cull;          // true: draw every sector of every level in range
     bool no_antialias;
     bool no_sky_glow;
-    bool identify; // true: keeps which triangle drew each pixel (perigee_view_read_triangles)
+    bool gpu_synthesis; // levels below the data are made on the GPU, not from tiles
+    bool identify;      // true: keeps which triangle drew each pixel (perigee_view_read_triangles)
     size_t upload_bytes_frame;   // bytes uploaded a frame at most; 0: 4 MiB
     size_t update_samples_frame; // samples of heights, and as many of colour, renewed a frame at
                                  // most; 0: as many as one level has (the n^2 of Losasso & Hoppe)

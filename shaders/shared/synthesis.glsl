@@ -121,10 +121,11 @@ SHARED real SHARED_NAME(synthesis_tempered)(real relief, real steep, real least)
 }
 
 // Length of the wave vector of the stripes, cycles a cell, over the gradient's length in metres a sample.
-SHARED real SHARED_NAME(stripe_number)(real north, real east, real relief)
+// Where the ground is all but level the waves grow long, for its direction is chance. `least` as above.
+SHARED real SHARED_NAME(stripe_number)(real north, real east, real relief, real least)
 {
-    real round = STRIPE_ROUND * relief;
-    return STRIPE_WAVE / sqrt(north * north + east * east + round * round + REAL(1e-20));
+    real round2 = STRIPE_ROUND * STRIPE_ROUND * (relief * relief + least * least);
+    return STRIPE_WAVE / sqrt(north * north + east * east + round2 + REAL(1e-20));
 }
 
 // What is added, in metres: `bend` is the mean of the neighbours less the sample, `amplitude` the rms to add in all, noise

@@ -135,6 +135,8 @@ const struct option_spec option_table[] = {
      "how much is kept there; what was not used for longest goes first (default 1G)"},
     {"no-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(planet_params.no_synthesis),
      "the same as --synthesis none: only what the data says"},
+    {"gpu-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(view_params.gpu_synthesis),
+     "make levels below the data on the GPU from coarser ones, instead of tiles on the processor"},
     {"synthesis", 0, V | R | F | C, GROUP_DATA, VALUE(option_synthesis, "eroded|plain|none"),
      "detail below the data: ridges and gullies (default), plain noise, or none"},
 

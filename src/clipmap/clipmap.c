@@ -47,6 +47,8 @@ struct clipmap {
     size_t frame_left;           // samples
     int held_from;               // finest level that the frame's samples reached
     struct clipmap_counters counters;
+    bool (*derives)(void *user, const window *w, const window *coarser);
+    void *derives_user;
 };
 
 status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_params *params,
@@ -91,15 +93,28 @@ void clipmap_destroy(struct clipmap **clipmap)
     *clipmap = NULL;
 }
 
+void clipmap_set_derives(struct clipmap *c,
+                         bool (*derives)(void *user, const window *w, const window *coarser),
+                         void *user)
+{
+    c->derives = derives;
+    c->derives_user = user;
+}
+
 static bool rect_equal(window_rect a, window_rect b)
 {
     return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
 }
 
+static bool alike(const window *a, const window *b)
+{
+    return a->share == b->share && a->derived == b->derived;
+}
+
 // What is valid of a window of the level, in the window's own columns.
 static window_rect valid_in(const struct clipmap *c, const struct level *l, const window *w)
 {
-    if (window_rect_empty(l->valid) || l->held.share != w->share) return (window_rect){0};
+    if (window_rect_empty(l->valid) || !alike(&l->held, w)) return (window_rect){0};
     window_rect v = window_rect_turned(&c->params.shape, w->share, l->valid, w->rect);
     return window_rect_intersect(v, w->rect);
 }
@@ -153,7 +168,7 @@ static void plan_refit(struct clipmap *c, struct level *l)
 {
     struct plan *p = &l->plan;
     if (!p->active) return;
-    if (p->window.share != l->window.share) {
+    if (!alike(&p->window, &l->window)) {
         plan_cancel(c, l);
         return;
     }
@@ -266,6 +281,9 @@ void clipmap_move(struct clipmap *c, double lat, double lon, int last)
     for (int i = 0; i < c->params.levels && moved; i++) {
         struct level *l = &c->levels[i];
         l->window = window_at(&c->params.shape, i, lat, lon, c->params.ring_bound);
+        const window *coarser = i ? &l[-1].window : NULL;
+        if (i && c->derives && c->derives(c->derives_user, &l->window, coarser))
+            l->window.derived = coarser->derived + 1;
         plan_refit(c, l);
     }
     for (int i = last + 1; i <= c->last; i++) plan_cancel(c, &c->levels[i]);
@@ -311,14 +329,29 @@ static void learn_lag(struct clipmap *c, const struct clip_job *job)
     c->lag += more > 0 ? more / 2 : more / 128;
 }
 
+// Does the level before hold what a derived strip is made of?
+static bool may_derive(void *user, const struct clip_job *job)
+{
+    const struct clipmap *c = user;
+    const struct level *l = &c->levels[job->window.level - 1];
+    if (l->held.derived + 1 != job->window.derived || l->held.share + 1 != job->window.share)
+        return false;
+    window_rect needs = window_rect_parents(job->rect);
+    if (window_rect_empty(l->valid)) return false;
+    window_rect valid = window_rect_turned(&c->params.shape, l->held.share, l->valid, needs);
+    return rect_equal(window_rect_intersect(valid, needs), needs);
+}
+
 bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
 {
+    clip_jobs_unblock(c->jobs, may_derive, c);
     struct clip_job *job = clip_jobs_ready(c->jobs);
     if (!job) return false;
     const window_shape *shape = &c->params.shape;
+    bool derived = job->window.derived > 0;
     size_t row_bytes = 4 * (size_t)(job->rect.col1 - job->rect.col0);
     size_t rows = (size_t)(job->rect.row1 - job->rect.row0 - job->handed);
-    if (rows > budget / row_bytes) rows = budget / row_bytes;
+    if (!derived && rows > budget / row_bytes) rows = budget / row_bytes;
     if (rows > c->frame_left / (row_bytes / 4)) {
         rows = c->frame_left / (row_bytes / 4);
         c->held_from = job->window.level;
@@ -336,16 +369,17 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     s.tex_row = window_texel(s.rect.row0, shape->rows);
     s.tex_col = window_texel(s.rect.col0, shape->cols);
     s.samples = (const unsigned char *)job->samples + (size_t)job->handed * row_bytes;
-    s.bytes = rows * row_bytes;
-    if (l->bounds)
+    size_t samples = rows * row_bytes / 4;
+    s.bytes = derived ? 0 : rows * row_bytes;
+    if (l->bounds && !derived)
         clip_bounds_write(l->bounds, s.tex_row, s.rows, s.tex_col, s.cols,
                           job->ranges + job->handed * clip_bounds_cells(s.tex_col, s.cols));
     job->handed += s.rows;
     c->counters.strips++;
-    c->counters.samples += s.bytes / 4;
-    c->counters.frame_samples += s.bytes / 4;
+    c->counters.samples += samples;
+    c->counters.frame_samples += samples;
     if (c->frame_left != SIZE_MAX) {
-        c->frame_left -= s.bytes / 4;
+        c->frame_left -= samples;
         if (c->counters.frame_samples > c->counters.most_frame_samples)
             c->counters.most_frame_samples = c->counters.frame_samples;
     }
@@ -360,6 +394,9 @@ void clipmap_uploaded(struct clipmap *c, const clipmap_strip *strip)
     struct level *l = &c->levels[strip->level];
     bool orphan = job->state == CLIP_JOB_ORPHAN;
     job->uploaded += strip->rows;
+    if (strip->ranges && !orphan)
+        clip_bounds_write(l->bounds, strip->tex_row, strip->rows, strip->tex_col, strip->cols,
+                          strip->ranges);
     if (job->uploaded < (orphan ? job->handed : (int)(job->rect.row1 - job->rect.row0))) return;
     clip_jobs_release(c->jobs, job);
     if (!orphan) l->plan.live--;
@@ -374,9 +411,11 @@ clipmap_level clipmap_level_state(const struct clipmap *c, int level)
     clipmap_level s = {.window = l->window, .held = l->held, .valid = l->valid};
     if (window_rect_empty(l->valid)) s.held = l->window;
     if (s.held.share == s.window.share) {
+        window now = l->window;
+        now.derived = l->held.derived; // until the first strip that is made otherwise
         s.held.rect =
             window_rect_turned(&c->params.shape, s.held.share, s.held.rect, s.window.rect);
-        s.valid = valid_in(c, l, &l->window);
+        s.valid = valid_in(c, l, &now);
     }
     if (window_rect_empty(s.valid)) s.valid = (window_rect){0};
     s.complete = level_complete(c, l);
@@ -411,6 +450,7 @@ bool clipmap_wait(struct clipmap *c, double timeout_s)
     for (;;) {
         clip_jobs_wake(c->jobs);
         feed(c);
+        clip_jobs_unblock(c->jobs, may_derive, c);
         enum clip_wait result = clip_jobs_wait(c->jobs, deadline);
         if (result != CLIP_WAIT_CHANGED) return result == CLIP_WAIT_READY;
     }

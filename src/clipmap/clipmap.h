@@ -10,7 +10,7 @@
 #include "clipmap/window.h"
 #include "planet/pyramid.h"
 
-enum { CLIPMAP_MAX_LEVELS = 24 };
+enum { CLIPMAP_MAX_LEVELS = 24, CLIPMAP_MAX_ROWS = 64 }; // rows: of a strip
 
 struct clipmap;
 
@@ -46,6 +46,11 @@ typedef struct clipmap_strip {
     int tex_row, tex_col, rows, cols;
     const void *samples;
     size_t bytes;
+    // Of a derived window (window.derived > 0): `samples` holds nothing and bytes is 0. The owner
+    // makes the rectangle from the texture of level - 1, in which now (not later) all is valid that
+    // it is made of, and says in `ranges` what clip_bounds_reduce would say, before
+    // clipmap_uploaded, which may be frames later.
+    const struct clip_range *ranges;
 } clipmap_strip;
 
 struct clipmap_counters {
@@ -64,6 +69,13 @@ struct clipmap_counters {
 status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_params *params,
                       struct clipmap **out);
 void clipmap_destroy(struct clipmap **clipmap); // waits for its own work
+
+// Levels may be derived: `derives` says whether all of a level's window can be made from the window
+// of the level before, as a function of the two alone. Asked at each move; while it is so, the
+// level's strips are derived (see clipmap_strip). Before the first move.
+void clipmap_set_derives(struct clipmap *clipmap,
+                         bool (*derives)(void *user, const window *w, const window *coarser),
+                         void *user);
 
 // Sets the focus (geodetic, rad) and the levels wanted [first, last]; level 0 and all coarser
 // levels than `last` stay wanted as the fallback. Plans, queues work, never blocks. Strips of a

@@ -12,7 +12,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 
-enum { MAX_STRIP_ROWS = 64, MIN_BLOCKS = 8, MAX_BLOCKS = 256 };
+enum { MAX_STRIP_ROWS = CLIPMAP_MAX_ROWS, MIN_BLOCKS = 8, MAX_BLOCKS = 256 };
 
 struct clip_jobs {
     struct clip_jobs_params params;
@@ -177,17 +177,29 @@ bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect, doubl
     for (int i = 0; i < j->count && !job; i++)
         if (j->job[i].state == CLIP_JOB_FREE) job = &j->job[i];
     if (job) {
-        job->state = CLIP_JOB_QUEUED;
+        job->state = w->derived ? CLIP_JOB_BLOCKED : CLIP_JOB_QUEUED;
         job->order = j->next_order++;
         job->frame = frame;
         job->want = want_create(priority);
         job->window = *w;
         job->rect = rect;
         job->handed = job->uploaded = 0;
-        j->unfinished++;
+        j->unfinished += !w->derived;
     }
     pthread_mutex_unlock(&j->lock);
     return job != NULL;
+}
+
+void clip_jobs_unblock(struct clip_jobs *j, bool (*may)(void *user, const struct clip_job *job),
+                       void *user)
+{
+    pthread_mutex_lock(&j->lock);
+    for (int i = 0; i < j->count; i++) {
+        struct clip_job *job = &j->job[i];
+        if (job->window.derived && (job->state == CLIP_JOB_BLOCKED || job->state == CLIP_JOB_READY))
+            job->state = may(user, job) ? CLIP_JOB_READY : CLIP_JOB_BLOCKED;
+    }
+    pthread_mutex_unlock(&j->lock);
 }
 
 static bool is_ready(const struct clip_job *job)
@@ -233,6 +245,7 @@ static void drop(struct clip_jobs *j, struct clip_job *job)
         job->state = CLIP_JOB_DROPPED;
         break;
     case CLIP_JOB_READY:
+    case CLIP_JOB_BLOCKED:
         if (job->uploaded < job->handed) job->state = CLIP_JOB_ORPHAN;
         else set_free(job);
         break;
@@ -303,10 +316,10 @@ double clip_jobs_clock(void)
     return clock_now_s();
 }
 
-static bool any_waiting(const struct clip_jobs *j)
+static bool any_held_up(const struct clip_jobs *j)
 {
     for (int i = 0; i < j->count; i++)
-        if (j->job[i].state == CLIP_JOB_WAITING) return true;
+        if (j->job[i].state == CLIP_JOB_WAITING || j->job[i].state == CLIP_JOB_BLOCKED) return true;
     return false;
 }
 
@@ -317,7 +330,7 @@ static enum clip_wait look(const struct clip_jobs *j)
         if (is_ready(&j->job[i])) return CLIP_WAIT_READY;
         failed |= j->job[i].state == CLIP_JOB_FAILED;
     }
-    return j->unfinished || failed || any_waiting(j) ? CLIP_WAIT_TIMEOUT : CLIP_WAIT_IDLE;
+    return j->unfinished || failed || any_held_up(j) ? CLIP_WAIT_TIMEOUT : CLIP_WAIT_IDLE;
 }
 
 enum clip_wait clip_jobs_wait(struct clip_jobs *j, double deadline_s)
@@ -329,7 +342,7 @@ enum clip_wait clip_jobs_wait(struct clip_jobs *j, double deadline_s)
     double now = clip_jobs_clock();
     if (result == CLIP_WAIT_TIMEOUT && now < deadline_s) {
         if (j->unfinished && !j->runners) deadline_s = fmin(deadline_s, now + retry_s);
-        else if (any_waiting(j)) deadline_s = fmin(deadline_s, now + wake_s);
+        else if (any_held_up(j)) deadline_s = fmin(deadline_s, now + wake_s);
         struct timespec t = {.tv_sec = (time_t)deadline_s};
         t.tv_nsec = (long)((deadline_s - (double)t.tv_sec) * 1e9);
         pthread_cond_timedwait(&j->changed, &j->lock, &t);

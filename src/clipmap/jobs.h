@@ -16,7 +16,9 @@ enum clip_job_state {
     CLIP_JOB_DROPPED, // on a worker, unwanted: freed when the worker returns
     CLIP_JOB_FAILED,  // memory was refused: waits for clip_jobs_retry
     CLIP_JOB_WAITING, // its tiles are on their way: waits for clip_jobs_wake
-    CLIP_JOB_READY,   // samples may be handed out
+    CLIP_JOB_BLOCKED, // of a derived window: the level before does not hold enough: see
+                      // clip_jobs_unblock
+    CLIP_JOB_READY,   // samples, or the derived rectangle, may be handed out
     CLIP_JOB_ORPHAN,  // unwanted, but some of its rows are in the caller's hands
 };
 
@@ -50,6 +52,10 @@ int clip_jobs_max_rows(const struct clip_jobs *jobs);
 // priority: of what it needs from the sources, see want.h. frame: kept in the job.
 bool clip_jobs_add(struct clip_jobs *jobs, const window *w, window_rect rect, double priority,
                    uint64_t frame);
+
+// Strips of derived windows no worker makes: they are ready while `may` says so.
+void clip_jobs_unblock(struct clip_jobs *jobs, bool (*may)(void *user, const struct clip_job *job),
+                       void *user);
 
 // Sees to it that workers are on their way to the queued strips.
 void clip_jobs_start(struct clip_jobs *jobs);

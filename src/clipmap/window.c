@@ -8,6 +8,7 @@
 #include <stddef.h>
 
 #include "base/vec.h"
+#include "planet/region.h"
 
 static int margin(const window_shape *shape)
 {
@@ -139,6 +140,12 @@ window_rect window_rect_turned(const window_shape *shape, int share, window_rect
     rect.col0 += turns * circle;
     rect.col1 += turns * circle;
     return rect;
+}
+
+window_rect window_rect_parents(window_rect r)
+{
+    return (window_rect){region_first_tap(r.row0), region_first_tap(r.row1 - 1) + 4,
+                         region_first_tap(r.col0), region_first_tap(r.col1 - 1) + 4};
 }
 
 int window_rect_missing(window_rect target, window_rect held, window_rect out[4])

@@ -51,6 +51,8 @@ typedef struct window {
     int zoom;         // l
     int share;        // k
     window_rect rect; // always `rows` x `cols` samples
+    int derived;      // levels in a row, this the last, that are made from the one before; 0: from
+                      // tiles. window_at() leaves it 0
 } window;
 
 // The window of a level for a focus at geodetic latitude and longitude (rad; any finite longitude).
@@ -79,6 +81,10 @@ window_rect window_rect_intersect(window_rect a, window_rect b);
 // can be.
 window_rect window_rect_turned(const window_shape *shape, int share, window_rect rect,
                                window_rect near);
+
+// The samples of the next coarser window, of half the rows and columns, of which a rectangle's are
+// made by the four-point filter.
+window_rect window_rect_parents(window_rect rect);
 
 // target minus held, as at most 4 disjoint rectangles: first columns beside `held` on its rows,
 // then whole rows. Both of the same share; `held` is empty or inside `target`. Returns the count.

@@ -162,6 +162,17 @@ bool pyramid_synthesises(const struct pyramid *p)
     return any;
 }
 
+enum synthesis pyramid_synthesis(const struct pyramid *p)
+{
+    return p->own.synthesis_gain > 0 ? p->synthesis : SYNTHESIS_NONE;
+}
+
+bool pyramid_derives(const struct pyramid *p, tile_id id)
+{
+    return !p->over_count && id.layer == LAYER_HEIGHT && id.zoom > 0 && pyramid_synthesis(p) &&
+           p->own.max_zoom[LAYER_HEIGHT] >= 0 && !source_has(p->source, id);
+}
+
 static void assert_on_grid(tile_id id)
 {
     assert(id.zoom >= 0 && id.zoom <= GRID_MAX_ZOOM);

@@ -59,6 +59,13 @@ const struct planet_meta *pyramid_meta(const struct pyramid *pyramid);
 // Whether heights below the data have synthesised detail.
 bool pyramid_synthesises(const struct pyramid *pyramid);
 
+// Which kind the ground has.
+enum synthesis pyramid_synthesis(const struct pyramid *pyramid);
+
+// Are a tile's heights a function of its parent's and of place alone, by synthesis of one source
+// that never changes? True for ever. Cheap.
+bool pyramid_derives(const struct pyramid *pyramid, tile_id id);
+
 // Holds the tile until released; reads, decodes or makes it on the calling thread when it is not
 // cached. ERR_PENDING when what it is made of is still on its way, in which the want then has a
 // share; otherwise ERR_MEMORY only: bad or missing data is replaced and counted, and what cannot be

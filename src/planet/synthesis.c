@@ -28,12 +28,15 @@ void synthesis_columns_of(const region *r, synthesis_columns *out)
     }
 }
 
+// Sides of a cell, in sample spacings.
+static const double noise_cell = 2.0, stripe_cell = 4.0;
+
 enum { RUN = 256 };
 
 // At most RUN points of one latitude, as cells of the lattice and places in them.
-struct lattice {
-    uint32_t hx[RUN], hy[RUN], hz;
-    float x[RUN], y[RUN], z;
+struct run {
+    uint32_t hx[RUN], hy[RUN];
+    float x[RUN], y[RUN];
 };
 
 // Splits positions in cells into the lattice point's hash and the offset from it.
@@ -54,40 +57,46 @@ static double shift_of(int zoom, int axis)
     return lattice_offset + (zoom + 1) * zoom_shift[axis];
 }
 
-// `cell`: side of a cell in sample spacings of the zoom.
-static void lattice_of(const synthesis_columns *columns, int first, int count, int zoom, double lat,
-                       double cell, struct lattice *out)
+synthesis_lattice synthesis_lattice_of(enum synthesis kind, int zoom, double lat)
 {
-    double frequency = 1.0 / (cell * grid_step_lat(zoom)), scale = cos(lat) * frequency;
-    split(columns->cos_lon + first, count, scale, shift_of(zoom, 0), prime_x, out->hx, out->x);
-    split(columns->sin_lon + first, count, scale, shift_of(zoom, 1), prime_y, out->hy, out->y);
-    double pz = sin(lat) * frequency + shift_of(zoom, 2);
-    int32_t whole = (int32_t)pz;
-    out->hz = (uint32_t)whole * prime_z + (uint32_t)zoom * 0x27d4eb2fu;
-    out->z = (float)(pz - whole);
+    double cell = kind == SYNTHESIS_ERODED ? stripe_cell : noise_cell;
+    double frequency = 1.0 / (cell * grid_step_lat(zoom));
+    double z = sin(lat) * frequency + shift_of(zoom, 2);
+    int32_t whole = (int32_t)z;
+    return (synthesis_lattice){.scale = cos(lat) * frequency,
+                               .shift = {shift_of(zoom, 0), shift_of(zoom, 1)},
+                               .hz = (uint32_t)whole * prime_z + (uint32_t)zoom * 0x27d4eb2fu,
+                               .z = (float)(z - whole)};
 }
 
-static const double noise_cell = 2.0, stripe_cell = 4.0;
+static void split_run(const synthesis_columns *columns, int first, int count,
+                      const synthesis_lattice *l, struct run *out)
+{
+    split(columns->cos_lon + first, count, l->scale, l->shift[0], prime_x, out->hx, out->x);
+    split(columns->sin_lon + first, count, l->scale, l->shift[1], prime_y, out->hy, out->y);
+}
 
 void synthesis_noise(const synthesis_columns *columns, int count, int zoom, double lat, float *out)
 {
-    struct lattice l;
+    struct run r;
+    synthesis_lattice l = synthesis_lattice_of(SYNTHESIS_PLAIN, zoom, lat);
     for (int first = 0; first < count; first += RUN) {
         int run = count - first < RUN ? count - first : RUN;
-        lattice_of(columns, first, run, zoom, lat, noise_cell, &l);
+        split_run(columns, first, run, &l, &r);
         for (int i = 0; i < run; i++)
-            out[first + i] = gradient_noise_f(l.hx[i], l.hy[i], l.hz, l.x[i], l.y[i], l.z);
+            out[first + i] = gradient_noise_f(r.hx[i], r.hy[i], l.hz, r.x[i], r.y[i], l.z);
     }
 }
 
 void synthesis_stripes(const synthesis_columns *columns, int count, int zoom, double lat,
                        const float *east, const float *north, float *out)
 {
-    struct lattice l;
+    struct run r;
+    synthesis_lattice l = synthesis_lattice_of(SYNTHESIS_ERODED, zoom, lat);
     float kx[RUN], ky[RUN], kz[RUN], sin_lat = (float)sin(lat), cos_lat = (float)cos(lat);
     for (int first = 0; first < count; first += RUN) {
         int run = count - first < RUN ? count - first : RUN;
-        lattice_of(columns, first, run, zoom, lat, stripe_cell, &l);
+        split_run(columns, first, run, &l, &r);
         for (int i = 0; i < run; i++) {
             float c = (float)columns->cos_lon[first + i], s = (float)columns->sin_lon[first + i];
             float e = east[first + i], n = north[first + i], inward = n * sin_lat;
@@ -97,7 +106,7 @@ void synthesis_stripes(const synthesis_columns *columns, int count, int zoom, do
         }
         for (int i = 0; i < run; i++)
             out[first + i] =
-                stripe_noise_f(l.hx[i], l.hy[i], l.hz, l.x[i], l.y[i], l.z, kx[i], ky[i], kz[i]);
+                stripe_noise_f(r.hx[i], r.hy[i], l.hz, r.x[i], r.y[i], l.z, kx[i], ky[i], kz[i]);
     }
 }
 

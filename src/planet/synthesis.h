@@ -15,6 +15,37 @@
 
 enum synthesis { SYNTHESIS_NONE, SYNTHESIS_ERODED, SYNTHESIS_PLAIN };
 
+// The noise's lattice along a row of one latitude. A place in cells is (cos, sin of the longitude)
+// times `scale` plus `shift`; hz: hash of the cell along the axis, z: place in it.
+typedef struct synthesis_lattice {
+    double scale, shift[2];
+    uint32_t hz;
+    float z;
+} synthesis_lattice;
+
+// kind: eroded ground has the stripes' lattice, plain ground the gradient noise's.
+synthesis_lattice synthesis_lattice_of(enum synthesis kind, int zoom, double lat);
+
+// From relief to amplitude, for what is made from parents of one zoom: synthesis_tempered() with
+// `steep` and `least`, m a sample, times `share`. `gain` is planet_meta.synthesis_gain, used at the
+// first zoom below the data and falling quickly to a steady one; `data_zoom` the finest zoom of all
+// data; radius in metres.
+typedef struct synthesis_scale {
+    float steep, least, share;
+} synthesis_scale;
+
+synthesis_scale synthesis_scale_of(int parent_zoom, double gain, int data_zoom, double radius);
+
+// Shape of a row of samples: how far a column's length on the ground is that of a row; and of
+// squared differences between columns the weight beside those between rows, less where columns
+// crowd together near a pole and rounding would count as relief, and the factor that brings them to
+// the latitude spacing, with the weight in it.
+typedef struct synthesis_shape {
+    float shape, weight, factor;
+} synthesis_shape;
+
+synthesis_shape synthesis_shape_of(int zoom, int coalesce, int64_t row);
+
 // What the noise needs for all rows of a region: cosines and sines of its columns.
 typedef struct synthesis_columns {
     double cos_lon[REGION_MAX_COLS], sin_lon[REGION_MAX_COLS];
@@ -41,9 +72,7 @@ typedef struct synthesis_ground {
     float *east, *north; // wave vector of the stripes, cycles a cell, along the contour line
 } synthesis_ground;
 
-// `gain` is planet_meta.synthesis_gain, used at the first zoom below the data and falling quickly
-// to a steady one; `data_zoom` the finest zoom of all data; radius in metres. ERR_MEMORY. Plain
-// noise has no bend and no wave vector: NULL.
+// Arguments as above. ERR_MEMORY. Plain noise has no bend and no wave vector: NULL.
 status synthesis_ground_create(const region *parent, enum synthesis kind, double gain,
                                int data_zoom, double radius, synthesis_ground *out);
 void synthesis_ground_destroy(synthesis_ground *ground);

@@ -25,20 +25,17 @@
 // and on lidar (bench/RESULTS-synthesis.md).
 #define TEMPER_SLOPE 0.15
 
-// How far a column's length on the ground is that of a row.
-static double shape_of(const region *r, int row)
+synthesis_shape synthesis_shape_of(int zoom, int coalesce, int64_t row)
 {
-    return r->coalesce * fabs(cos(grid_lat(r->zoom, r->row + row)));
+    double shape = coalesce * fabs(cos(grid_lat(zoom, row)));
+    return (synthesis_shape){.shape = (float)shape,
+                             .weight = (float)fmin(4.0 * shape * shape, 1.0),
+                             .factor = (float)fmin(1.0 / (shape * shape), 4.0)};
 }
 
-// Differences between columns, squared, to differences over the latitude spacing; and what they
-// weigh beside differences between rows: less where columns crowd together near a pole, and
-// rounding would count as relief. `factor` has the weight in it.
-static void column_weight(const region *r, int row, float *factor, float *weight)
+static synthesis_shape shape_of(const region *r, int row)
 {
-    double shape = shape_of(r, row);
-    *weight = (float)fmin(4.0 * shape * shape, 1.0);
-    *factor = (float)fmin(1.0 / (shape * shape), 4.0);
+    return synthesis_shape_of(r->zoom, r->coalesce, r->row + row);
 }
 
 static float square(float x)
@@ -54,14 +51,11 @@ void synthesis_relief(const region *r, float *relief)
     memset(relief, 0, sizeof *relief * (size_t)r->rows * (size_t)n);
     for (int y = 1; y < r->rows - 1; y++) {
         const float *b = r->data + (size_t)y * (size_t)n, *a = b - n, *c = b + n;
-        float fa, fb, fc, wa, wb, wc;
-        column_weight(r, y - 1, &fa, &wa);
-        column_weight(r, y, &fb, &wb);
-        column_weight(r, y + 1, &fc, &wc);
-        float inverse = 1.0f / (6.0f + 2.0f * (wa + wb + wc));
+        synthesis_shape sa = shape_of(r, y - 1), sb = shape_of(r, y), sc = shape_of(r, y + 1);
+        float inverse = 1.0f / (6.0f + 2.0f * (sa.weight + sb.weight + sc.weight));
         for (int i = 0; i < n - 1; i++)
-            across[i] = fa * square(a[i + 1] - a[i]) + fb * square(b[i + 1] - b[i]) +
-                        fc * square(c[i + 1] - c[i]);
+            across[i] = sa.factor * square(a[i + 1] - a[i]) + sb.factor * square(b[i + 1] - b[i]) +
+                        sc.factor * square(c[i + 1] - c[i]);
         for (int i = 0; i < n; i++) down[i] = square(b[i] - a[i]) + square(c[i] - b[i]);
         float *out = relief + (size_t)y * (size_t)n;
         for (int i = 1; i < n - 1; i++)
@@ -70,26 +64,27 @@ void synthesis_relief(const region *r, float *relief)
     }
 }
 
-void synthesis_temper(const region *r, double radius, float *relief)
+synthesis_scale synthesis_scale_of(int parent_zoom, double gain, int data_zoom, double radius)
 {
-    double spacing = radius * grid_step_lat(r->zoom);
-    float steep = (float)(TEMPER_SLOPE * spacing);
-    float least = (float)(FLOOR_SLOPE * spacing / sqrt(1.0 + spacing / FLOOR_SCALE_M));
-    for (int i = 0; i < r->rows * r->cols; i++)
-        relief[i] = synthesis_tempered_f(relief[i], steep, least);
-}
-
-static float share_of(int zoom, double gain, int data_zoom, double radius)
-{
-    double spacing = radius * grid_step_lat(zoom);
-    int below = zoom + 1 - data_zoom;
+    double spacing = radius * grid_step_lat(parent_zoom);
+    int below = parent_zoom + 1 - data_zoom;
     double excess = fmin(gain, FIRST_GAIN_MAX) - STEADY_GAIN;
     if (excess > 0.0) excess = below >= 1 ? ldexp(excess, 2 - 2 * below) : 0.0;
-    return (float)(STEADY_GAIN * spacing / (spacing + SMOOTH_M) + fmax(excess, 0.0));
+    return (synthesis_scale){
+        .steep = (float)(TEMPER_SLOPE * spacing),
+        .least = (float)(FLOOR_SLOPE * spacing / sqrt(1.0 + spacing / FLOOR_SCALE_M)),
+        .share = (float)(STEADY_GAIN * spacing / (spacing + SMOOTH_M) + fmax(excess, 0.0))};
+}
+
+void synthesis_temper(const region *r, double radius, float *relief)
+{
+    synthesis_scale scale = synthesis_scale_of(r->zoom, 0.0, 0, radius);
+    for (int i = 0; i < r->rows * r->cols; i++)
+        relief[i] = synthesis_tempered_f(relief[i], scale.steep, scale.least);
 }
 
 // Bend and wave vectors; in `ground->amplitude` is the relief.
-static void shape_fields(const region *r, synthesis_ground *ground)
+static void shape_fields(const region *r, float least, synthesis_ground *ground)
 {
     int n = r->cols;
     for (int y = 1; y < r->rows - 1; y++) {
@@ -97,16 +92,16 @@ static void shape_fields(const region *r, synthesis_ground *ground)
         size_t line = (size_t)y * (size_t)n;
         const float *relief = ground->amplitude + line;
         float *bend = ground->bend + line, *east = ground->east + line,
-              *north = ground->north + line, weight, factor;
-        column_weight(r, y, &factor, &weight);
-        float slope = 0.5f / (float)fmax(shape_of(r, y), 0.5);
+              *north = ground->north + line;
+        synthesis_shape shape = shape_of(r, y);
+        float slope = 0.5f / (shape.shape > 0.5f ? shape.shape : 0.5f);
         for (int i = 1; i < n - 1; i++) {
             float up = 0.5f * (a[i] - c[i]), right = slope * (b[i + 1] - b[i - 1]);
-            float k = stripe_number_f(up, right, relief[i]);
+            float k = stripe_number_f(up, right, relief[i], least);
             east[i] = -k * up;
             north[i] = k * right;
             bend[i] = 0.25f * ((a[i] - b[i]) + (c[i] - b[i]) +
-                               weight * ((b[i - 1] - b[i]) + (b[i + 1] - b[i])));
+                               shape.weight * ((b[i - 1] - b[i]) + (b[i + 1] - b[i])));
         }
     }
 }
@@ -116,6 +111,7 @@ status synthesis_ground_create(const region *parent, enum synthesis kind, double
 {
     size_t samples = (size_t)parent->rows * (size_t)parent->cols;
     bool eroded = kind == SYNTHESIS_ERODED;
+    synthesis_scale scale = synthesis_scale_of(parent->zoom, gain, data_zoom, radius);
     *out = (synthesis_ground){.amplitude = malloc((eroded ? 4 : 1) * samples * sizeof(float))};
     if (!out->amplitude) return ERR_MEMORY;
     synthesis_relief(parent, out->amplitude);
@@ -124,11 +120,11 @@ status synthesis_ground_create(const region *parent, enum synthesis kind, double
         out->east = out->bend + samples;
         out->north = out->east + samples;
         memset(out->bend, 0, 3 * samples * sizeof(float));
-        shape_fields(parent, out);
+        shape_fields(parent, scale.least, out);
     }
-    synthesis_temper(parent, radius, out->amplitude);
-    float share = share_of(parent->zoom, gain, data_zoom, radius);
-    for (size_t i = 0; i < samples; i++) out->amplitude[i] *= share;
+    for (size_t i = 0; i < samples; i++)
+        out->amplitude[i] =
+            scale.share * synthesis_tempered_f(out->amplitude[i], scale.steep, scale.least);
     return OK;
 }
 

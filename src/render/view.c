@@ -39,6 +39,7 @@ static status create_parts(perigee_view *v)
                         .pool = v->pool,
                         .levels = v->params.levels,
                         .texels = v->params.texels,
+                        .derive = v->params.gpu_synthesis,
                         .upload_bytes_frame = v->params.upload_bytes_frame,
                         .update_samples_frame = v->params.update_samples_frame};
     geometry_params g = {.view = &v->params, .defines = defines};

@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "base/vec.h"
 #include "gpu/program.h"
+#include "render/deepen.h"
 
 enum { MAX_COLOR_LEVELS = 18, COLOR_LEVELS_BEYOND = 2, MAX_PENDING = 64 };
 
@@ -48,15 +49,16 @@ struct layer {
 };
 
 struct windows {
+    struct deepen *deepen; // NULL: no level is made from the one before
     struct layer height, color;
     GLuint normals, convexity, normal_program;
     struct pending pending[CLIPMAP_MAX_LEVELS];
     struct gpu_upload *upload;
     geo_ellipsoid ellipsoid;
     double lat, lon;
-    size_t gpu_bytes;
-    int last_height; // finest level wanted
-    double lead;     // by how many levels the heights are finer than the rings
+    size_t gpu_bytes, derived_bytes; // the latter: sent for deepen, ever
+    int last_height;                 // finest level wanted
+    double lead;                     // by how many levels the heights are finer than the rings
     bool heights_changed, changed;
 };
 
@@ -70,6 +72,22 @@ static GLuint make_array(GLenum format, const window_shape *shape, int levels, G
     glTextureParameteri(t, GL_TEXTURE_WRAP_S, GL_REPEAT);
     glTextureParameteri(t, GL_TEXTURE_WRAP_T, GL_REPEAT);
     return t;
+}
+
+static bool derives(void *user, const window *w, const window *coarser)
+{
+    return deepen_can(user, w, w->rect, coarser);
+}
+
+static status create_deepen(struct windows *w, const windows_params *p)
+{
+    if (!p->derive || !pyramid_synthesises(p->pyramid)) return OK;
+    status s =
+        deepen_create(p->pyramid, &w->height.shape, w->height.levels, CLIPMAP_MAX_ROWS, &w->deepen);
+    if (s) return s;
+    w->gpu_bytes += deepen_gpu_bytes(w->deepen);
+    clipmap_set_derives(w->height.clipmap, derives, w->deepen);
+    return OK;
 }
 
 static size_t array_bytes(const window_shape *shape, int levels, size_t texel_bytes)
@@ -138,6 +156,7 @@ status windows_create(const windows_params *params, struct windows **out)
     w->lead = params->texels < 256 ? -1 : LEAD; // the windows of 256 rows serve for 128
     status s = create_layers(w, params);
     if (!s) s = create_textures(w);
+    if (!s) s = create_deepen(w, params);
     if (!s) s = gpu_upload_create(params->upload_bytes_frame, &w->upload);
     if (!s) s = gpu_program_create_compute("normals/normals.comp", NULL, &w->normal_program);
     if (s) windows_destroy(&w);
@@ -150,6 +169,7 @@ void windows_destroy(struct windows **windows)
     struct windows *w = *windows;
     if (!w) return;
     clipmap_destroy(&w->height.clipmap);
+    deepen_destroy(&w->deepen);
     clipmap_destroy(&w->color.clipmap);
     glDeleteTextures(1, &w->height.texture);
     glDeleteTextures(1, &w->color.texture);
@@ -276,18 +296,50 @@ static void update_normals(struct windows *w)
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
-static bool pump_layer(struct windows *w, struct layer *l, bool normals)
+static void upload(struct windows *w, const struct layer *l, const clipmap_strip *s)
 {
-    bool any = false;
+    gpu_upload_texture(w->upload, l->texture, s->level, s->tex_col, s->tex_row, s->cols, s->rows,
+                       l->format, l->type, s->samples, s->bytes);
+}
+
+// A derived strip is not valid before its ranges are known, some frames after it was begun.
+static bool land_derived(struct windows *w)
+{
     clipmap_strip strip;
-    while (clipmap_next_strip(l->clipmap, gpu_upload_room(w->upload), &strip)) {
-        gpu_upload_texture(w->upload, l->texture, strip.level, strip.tex_col, strip.tex_row,
-                           strip.cols, strip.rows, l->format, l->type, strip.samples, strip.bytes);
-        if (normals) note_pending(&w->pending[strip.level], &strip);
-        clipmap_uploaded(l->clipmap, &strip);
-        any = true;
+    bool any = false;
+    for (; w->deepen && deepen_finished(w->deepen, 0, &strip); any = true) {
+        note_pending(&w->pending[strip.level], &strip);
+        clipmap_uploaded(w->height.clipmap, &strip);
+        deepen_release(w->deepen);
     }
     return any;
+}
+
+static bool pump_heights(struct windows *w)
+{
+    clipmap_strip strip;
+    bool any = land_derived(w);
+    while ((!w->deepen || deepen_has_room(w->deepen)) &&
+           clipmap_next_strip(w->height.clipmap, gpu_upload_room(w->upload), &strip)) {
+        any = true;
+        if (strip.window.derived) {
+            w->derived_bytes += deepen_run(w->deepen, w->height.texture, &strip);
+            continue;
+        }
+        upload(w, &w->height, &strip);
+        note_pending(&w->pending[strip.level], &strip);
+        clipmap_uploaded(w->height.clipmap, &strip);
+    }
+    return any;
+}
+
+static void pump_colors(struct windows *w)
+{
+    clipmap_strip strip;
+    while (clipmap_next_strip(w->color.clipmap, gpu_upload_room(w->upload), &strip)) {
+        upload(w, &w->color, &strip);
+        clipmap_uploaded(w->color.clipmap, &strip);
+    }
 }
 
 static bool shown_empty(const struct shown *s)
@@ -349,12 +401,12 @@ static bool advance_shown(struct layer *l, double dt_s)
 
 size_t windows_pump(struct windows *w, double dt_s)
 {
-    size_t before = gpu_upload_total(w->upload);
+    size_t before = gpu_upload_total(w->upload) + w->derived_bytes;
     clipmap_begin_frame(w->height.clipmap, dt_s < 0);
     clipmap_begin_frame(w->color.clipmap, dt_s < 0);
     if (gpu_upload_begin(w->upload)) {
-        bool heights = pump_layer(w, &w->height, true);
-        pump_layer(w, &w->color, false);
+        bool heights = pump_heights(w);
+        pump_colors(w);
         gpu_upload_end(w->upload);
         if (heights) update_normals(w);
     }
@@ -362,7 +414,7 @@ size_t windows_pump(struct windows *w, double dt_s)
     bool colors = advance_shown(&w->color, dt_s);
     w->heights_changed |= heights;
     w->changed |= heights || colors;
-    return gpu_upload_total(w->upload) - before;
+    return gpu_upload_total(w->upload) + w->derived_bytes - before;
 }
 
 void windows_fill_coarsest(struct windows *w, double timeout_s)
@@ -432,6 +484,8 @@ bool windows_settled(const struct windows *w)
 
 bool windows_wait(struct windows *w, double timeout_s)
 {
+    clipmap_strip strip;
+    if (w->deepen && deepen_busy(w->deepen)) return deepen_finished(w->deepen, timeout_s, &strip);
     if (!clipmap_complete(w->height.clipmap, NULL))
         return clipmap_wait(w->height.clipmap, timeout_s);
     return clipmap_wait(w->color.clipmap, timeout_s);

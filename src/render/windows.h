@@ -18,6 +18,7 @@ typedef struct windows_params {
     int levels; // of heights
     int texels; // height samples across a level's ring: 128, 256, 512 or 1024
     size_t upload_bytes_frame;
+    bool derive;                 // make levels below the data on the GPU, where it can be done
     size_t update_samples_frame; // of each layer; 0: as many as a window of one level has
 } windows_params;
 

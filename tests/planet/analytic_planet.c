@@ -139,7 +139,8 @@ static status put_tile(struct planet_writer *w, const dmat3 *rotation, tile_id i
 
 static status make_direct(const char *path, const analytic_params *p)
 {
-    struct planet_meta meta = {.name = "Analytic", .ellipsoid = p->ellipsoid};
+    struct planet_meta meta = {
+        .name = "Analytic", .ellipsoid = p->ellipsoid, .synthesis_gain = p->synthesis_gain};
     struct planet_writer *w;
     unlink(path);
     status s = planet_writer_open(path, "analytic", false, &w);

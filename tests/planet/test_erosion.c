@@ -140,9 +140,11 @@ static struct signs signs_at(const struct patch *p, int y, int x, double share)
             weights += 1;
         }
     double relief = sqrt(sum / weights);
+    double least = 0.03 * p->spacing / sqrt(1 + p->spacing / 100);
     double north = (p->h[y - 1][x] - p->h[y + 1][x]) / 2;
     double east = (p->h[y][x + 1] - p->h[y][x - 1]) / 2 / p->shape[y];
-    double k = wave / sqrt(north * north + east * east + pow(0.35 * relief, 2));
+    double k =
+        wave / sqrt(north * north + east * east + 0.35 * 0.35 * (relief * relief + least * least));
     double mean = (p->h[y - 1][x] + p->h[y + 1][x] + p->h[y][x - 1] + p->h[y][x + 1]) / 4;
     return (struct signs){share * tempered(relief, p->spacing), mean - p->h[y][x], -k * north,
                           k * east};

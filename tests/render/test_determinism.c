@@ -39,6 +39,7 @@ struct way {
     enum path path;
     size_t upload_bytes, cache_bytes;
     enum perigee_transform transform;
+    bool gpu; // levels below the data are made there
 };
 
 struct sight {
@@ -48,6 +49,7 @@ struct sight {
 };
 
 static char planet_path[64];
+static uint64_t tiles_made; // by synthesis, on the way of last
 
 static perigee_planet *open_planet(size_t cache_bytes)
 {
@@ -116,7 +118,8 @@ static int go(const struct way *way, struct sight sights[STOPS])
     perigee_planet *planet = open_planet(way->cache_bytes);
     perigee_view_params params = {.threads = way->threads,
                                   .upload_bytes_frame = way->upload_bytes,
-                                  .transform = way->transform};
+                                  .transform = way->transform,
+                                  .gpu_synthesis = way->gpu};
     perigee_view *view = scene_view(planet, &params);
     struct check_random r = {5};
     int late = 0;
@@ -127,6 +130,9 @@ static int go(const struct way *way, struct sight sights[STOPS])
         travel(view, way->path, &stops[stop], &r, &late);
         stop_at(view, &stops[stop], &sights[stop]);
     }
+    perigee_stats stats;
+    perigee_view_get_stats(view, &stats);
+    tiles_made = stats.tiles_synthesised;
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
     return late;
@@ -188,9 +194,9 @@ static const size_t PLENTY = (size_t)4 << 20, SCARCE = (size_t)256 << 10, CACHE 
                     SMALL_CACHE = (size_t)16 << 20;
 
 // A first sight that shows something: ground lit in many colours at every stop.
-static void first_sights(enum perigee_transform transform, struct sight sights[STOPS])
+static void first_sights(enum perigee_transform transform, bool gpu, struct sight sights[STOPS])
 {
-    const struct way first = {1, FORWARD, PLENTY, CACHE, transform};
+    const struct way first = {1, FORWARD, PLENTY, CACHE, transform, gpu};
     go(&first, sights);
     for (int i = 0; i < STOPS; i++) {
         int lit = 0;
@@ -205,13 +211,29 @@ static void test_few_ways(void **state)
     static struct sight first[STOPS];
     for (int transform = 0; transform <= PERIGEE_TRANSFORM_EXACT; transform++) {
         const enum perigee_transform t = (enum perigee_transform)transform;
-        first_sights(t, first);
-        check_way(&(struct way){2, REVERSED, PLENTY, CACHE, t}, first);
-        check_way(&(struct way){5, TELEPORTING, SCARCE, SMALL_CACHE, t}, first);
-        check_way(&(struct way){1, LOOPING, SCARCE, CACHE, t}, first);
-        if (transform) check_way(&(struct way){5, FORWARD, SCARCE, SMALL_CACHE, t}, first);
-        else check_way(&(struct way){5, SLIDING, SCARCE, CACHE, t}, first);
+        first_sights(t, false, first);
+        check_way(&(struct way){2, REVERSED, PLENTY, CACHE, t, false}, first);
+        check_way(&(struct way){5, TELEPORTING, SCARCE, SMALL_CACHE, t, false}, first);
+        check_way(&(struct way){1, LOOPING, SCARCE, CACHE, t, false}, first);
+        if (transform) check_way(&(struct way){5, FORWARD, SCARCE, SMALL_CACHE, t, false}, first);
+        else check_way(&(struct way){5, SLIDING, SCARCE, CACHE, t, false}, first);
     }
+}
+
+// Levels made on the GPU from levels made there, whatever was asked before.
+static void test_levels_of_the_gpu(void **state)
+{
+    (void)state;
+    static struct sight first[STOPS];
+    const enum perigee_transform t = PERIGEE_TRANSFORM_STABLE;
+    first_sights(t, false, first);
+    uint64_t by_cpu = tiles_made;
+    first_sights(t, true, first);
+    print_message("tiles synthesised: %d, with the GPU %d\n", (int)by_cpu, (int)tiles_made);
+    assert_true(4 * tiles_made < 3 * by_cpu); // measured 192 of 333: at the pole tiles serve
+    check_way(&(struct way){2, REVERSED, PLENTY, CACHE, t, true}, first);
+    check_way(&(struct way){5, TELEPORTING, SCARCE, SMALL_CACHE, t, true}, first);
+    check_way(&(struct way){1, LOOPING, SCARCE, CACHE, t, true}, first);
 }
 
 static void test_every_way(void **state)
@@ -220,12 +242,12 @@ static void test_every_way(void **state)
     static struct sight first[STOPS];
     static const int threads[] = {1, 2, 5};
     for (int transform = 0; transform <= PERIGEE_TRANSFORM_EXACT; transform++) {
-        first_sights((enum perigee_transform)transform, first);
+        first_sights((enum perigee_transform)transform, false, first);
         for (int i = 0; i < 3 * PATHS * 2; i++) {
             bool scarce = i % 2;
-            struct way way = {threads[i / (2 * PATHS)], (enum path)(i / 2 % PATHS),
-                              scarce ? SCARCE : PLENTY, scarce ? SMALL_CACHE : CACHE,
-                              (enum perigee_transform)transform};
+            struct way way = {threads[i / (2 * PATHS)],          (enum path)(i / 2 % PATHS),
+                              scarce ? SCARCE : PLENTY,          scarce ? SMALL_CACHE : CACHE,
+                              (enum perigee_transform)transform, false};
             check_way(&way, first);
         }
     }
@@ -234,13 +256,14 @@ static void test_every_way(void **state)
 int main(int argc, char **argv)
 {
     (void)argv;
-    const struct CMUnitTest few[] = {cmocka_unit_test(test_few_ways)},
+    const struct CMUnitTest few[] = {cmocka_unit_test(test_levels_of_the_gpu),
+                                     cmocka_unit_test(test_few_ways)},
                             every[] = {cmocka_unit_test(test_every_way)};
     int rc = scene_open();
     if (rc) return rc;
     snprintf(planet_path, sizeof planet_path, "determinism-%d.planet", (int)getpid());
     const analytic_params make = {
-        .zoom = 3, .color_zoom = 3, .ellipsoid = GEO_WGS84, .direct = true};
+        .zoom = 3, .color_zoom = 3, .ellipsoid = GEO_WGS84, .direct = true, .synthesis_gain = 0.3};
     int failed = analytic_planet_make_with(planet_path, &make) != 0;
     if (!failed)
         failed = argc > 1 ? cmocka_run_group_tests(every, NULL, NULL)
