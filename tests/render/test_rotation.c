@@ -1,21 +1,22 @@
 // Rotation invariance, the acceptance test of the whole design: an analytic planet turned by a
 // rotation, seen by a camera turned with it under a sun turned with it, must give the same picture,
 // at the pole as at the equator. A sphere of the Moon's size. With an argument: all turns and
-// views.
+// views; a second one chooses tests.
 #include "render/scene.h"
 
 #include <unistd.h>
 
 #include "base/vec.h"
 
-static const double RADIUS = 1737400;
+static const double MOON = 1737400, PEBBLE = 100000;
+static double radius = 1737400;
 
 enum { PIXELS = SCENE_WIDTH * SCENE_HEIGHT, ALL_VIEWS = 4, FEW_VIEWS = 2 };
 
 static int views = FEW_VIEWS;
 static bool all_turns;
 
-// Metres above the ground, and how steeply it is looked down on (tangent).
+// Metres above the ground of the Moon, and how steeply it is looked down on (tangent).
 static const struct {
     const char *name;
     double above, down;
@@ -83,7 +84,8 @@ static void shoot(perigee_view *view, const dmat3 *r, int look, struct picture *
     dvec3 at = place(), level = dvec3_normalize(dvec3_cross(at, dvec3_make(0.3, -0.5, 0.8)));
     dvec3 ahead = dvec3_normalize(dvec3_mad(level, at, -looks[look].down));
     dvec3 sun = dmat3_mul(*r, dvec3_mad(at, level, -1.1));
-    double altitude = looks[look].above + analytic_height(asin(at.z), atan2(at.y, at.x));
+    double altitude =
+        looks[look].above * (radius / MOON) + analytic_height(asin(at.z), atan2(at.y, at.x));
     perigee_camera c = camera_of(dmat3_mul(*r, at), dmat3_mul(*r, ahead), altitude);
     assert_int_equal(perigee_view_set_sun(view, (double[3]){sun.x, sun.y, sun.z}), 0);
     scene_render(view, &c, SCENE_WIDTH, SCENE_HEIGHT);
@@ -103,7 +105,7 @@ static void see(const dmat3 *r, int color_zoom, struct picture pictures[])
     const analytic_params make = {.zoom = 3,
                                   .color_zoom = color_zoom,
                                   .rotation = r,
-                                  .ellipsoid = {RADIUS, RADIUS},
+                                  .ellipsoid = {radius, radius},
                                   .direct = true};
     assert_int_equal(analytic_planet_make_with(path, &make), 0);
     perigee_planet *planet;
@@ -226,9 +228,9 @@ static void compare_turns(const char *what, int color_zoom, struct difference wo
     for (int k = 0; k < views; k++) report("(worst of all)", looks[k].name, &worst[k]);
 }
 
-static void check_worst(const struct difference *d, double rms, double most_999)
+static void check_worst(const struct difference *d, double px, double rms, double most_999)
 {
-    assert_true(d->geometry_worst <= 0.1);
+    assert_true(d->geometry_worst <= px);
     assert_true(d->rms <= rms);
     assert_true(d->most_999 <= most_999);
     assert_true(d->limb <= 5);
@@ -242,7 +244,7 @@ static void test_turned_planets_look_the_same(void **state)
     struct difference worst[ALL_VIEWS];
     compare_turns("heights and colour", 3, worst);
     for (int k = 0; k < views; k++)
-        check_worst(&worst[k], looks[k].above < 10000 ? 0.75 : 0.5,
+        check_worst(&worst[k], 0.1, looks[k].above < 10000 ? 0.75 : 0.5,
                     looks[k].above < 10000 ? 3.5 : 3);
 }
 
@@ -252,16 +254,30 @@ static void test_bare_planets_look_the_same(void **state)
     (void)state;
     struct difference worst[ALL_VIEWS];
     compare_turns("heights alone", 0, worst);
-    for (int k = 0; k < views; k++) check_worst(&worst[k], 0.2, 1);
+    for (int k = 0; k < views; k++) check_worst(&worst[k], 0.1, 0.2, 1);
+}
+
+// Slopes 17 times as steep: more than the bars (tests/ACCURACY.md, 5). What is allowed is what was
+// seen, so that it does not grow.
+static void test_steep_planets_look_alike(void **state)
+{
+    (void)state;
+    struct difference worst[ALL_VIEWS];
+    if (!all_turns) skip();
+    radius = PEBBLE;
+    compare_turns("heights alone, steep", 0, worst);
+    for (int k = 0; k < views; k++) check_worst(&worst[k], 0.3, 1.6, 8.5);
+    radius = MOON;
 }
 
 int main(int argc, char **argv)
 {
-    (void)argv;
     all_turns = argc > 1;
     if (all_turns) views = ALL_VIEWS;
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_turned_planets_look_the_same),
-                                       cmocka_unit_test(test_bare_planets_look_the_same)};
+                                       cmocka_unit_test(test_bare_planets_look_the_same),
+                                       cmocka_unit_test(test_steep_planets_look_alike)};
+    if (argc > 2) cmocka_set_test_filter(argv[2]);
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
