@@ -91,6 +91,7 @@ enum perigee_mode {
     PERIGEE_MODE_PLANAR,    // nested squares of the map of longitude and latitude, wrapped onto the
                             // planet: geometry clipmaps (Losasso & Hoppe 2004; Asirvatham & Hoppe
                             // 2005). At odds with the poles
+    PERIGEE_MODE_GRID,      // a grid on the screen, thrown onto the planet (Livny et al. 2008)
 };
 
 // As on the command line; NULL for a number that is no mode. Modes count from 0 without a gap.
@@ -140,6 +141,9 @@ typedef struct perigee_view_params {
     int first_level;    // coarsest level drawn; 0: by the horizon
     int last_level;     // finest level drawn; 0: by the pixel size
     enum perigee_transform transform;
+    int grid_rows, grid_columns; // vertices of PERIGEE_MODE_GRID, 2 to 4096 each and up to 4 Mi in
+                                 // all; 0: 360, 480
+    double grid_denser;    // how much denser that grid is in the middle of the picture: 0 to 0.9
     bool hardware_filter;  // true: the GPU's own bilinear filter for heights (8-bit weights)
     bool texcoord_vertex;  // true: map coordinates interpolated from the vertices, as in the paper
     bool seam_uncorrected; // true: and the seam's second copy as the first; to show what it cures

@@ -141,8 +141,8 @@ const struct option_spec option_table[] = {
      "detail below the data: ridges and gullies (default), plain noise, or none"},
 
     {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"),
-     "spherical: rings (default); planar: nested squares of the map; render, fly: or reference, a ray caster in double "
-     "precision"},
+     "spherical: rings (default); planar: nested squares of the map; grid: a screen grid thrown onto the planet; "
+     "render, fly: or reference, a ray caster in double precision"},
     {"planar-n", 0, V | R | F | C, GROUP_METHOD, INTEGER(view_params.planar_n, 31, 1023, "N"),
      "planar: vertices across a square, 31, 63, 127, 255, 511 or 1023, less than --texels (default: one less)"},
     {"planar-form", 0, V | R | F | C, GROUP_METHOD, VALUE(option_planar_form, "FORM"),
@@ -151,6 +151,10 @@ const struct option_spec option_table[] = {
      "with --planar-form 2004: shrink the squares until no more than N triangles are in the frustum"},
     {"planar-heights", 0, V | R | F | C, GROUP_METHOD, VALUE(option_planar_heights, "FORM"),
      "planar: plain (default), or packed: whole metres and the coarser level's difference in one number"},
+    {"grid", 0, V | R | F | C, GROUP_METHOD, VALUE(option_screen_grid, "ROWSxCOLUMNS"),
+     "vertices of --mode grid, 2..4096 each and at most 4194304 (default 360x480)"},
+    {"grid-denser", 0, V | R | F | C, GROUP_METHOD, NUMBER(view_params.grid_denser, 0, 0.9, "SHARE"),
+     "make that grid denser in the middle of the picture, 0..0.9 (default 0: the same everywhere)"},
     {"zoom", 0, R | F | C, GROUP_METHOD, VALUE(option_zoom, "Z"),
      "of the reference: cast against heights of this zoom, 0..24, of the finest one stored, or auto: "
      "finer with nearness, by --zoom-error (default)"},

@@ -15,6 +15,7 @@
 enum {
     SIZE_MAX_PX = 16384,
     GRID_MAX_CELLS = 64,
+    SCREEN_GRID_MAX = 4096,
     LEVEL_MAX = 23,
     AZIMUTH_MAX = 4096,
     RINGS_MAX = 512
@@ -73,6 +74,16 @@ status option_grid(struct options *o, const char *name, const char *value)
         return refuse(name, value, "NxM with 1..64 each");
     o->sheet_columns = size[0];
     o->sheet_rows = size[1];
+    return OK;
+}
+
+status option_screen_grid(struct options *o, const char *name, const char *value)
+{
+    int size[2];
+    if (!parse_pair(value, 'x', 2, SCREEN_GRID_MAX, size))
+        return refuse(name, value, "ROWSxCOLUMNS with 2..4096 each");
+    o->view_params.grid_rows = size[0];
+    o->view_params.grid_columns = size[1];
     return OK;
 }
 

@@ -3,6 +3,7 @@
 static const struct geometry_mode *const MODES[] = {
     [PERIGEE_MODE_SPHERICAL] = &geometry_spherical,
     [PERIGEE_MODE_PLANAR] = &geometry_planar,
+    [PERIGEE_MODE_GRID] = &geometry_grid,
 };
 
 enum { COUNT = sizeof MODES / sizeof *MODES };

@@ -51,6 +51,7 @@ struct geometry {
 // One way to place vertices: a row of the table in geometry.c.
 struct geometry_mode {
     const char *name; // of --mode
+    bool outside;     // it cannot draw for a camera below the planet's lowest ground
     // Fills what is left 0 of the mode's own parameters and refuses (ERR_ARGUMENT, logged) what
     // cannot be, after the shared ones are complete. NULL: it has none.
     status (*complete)(perigee_view_params *params);
@@ -78,5 +79,6 @@ void geometry_destroy(struct geometry **geometry);
 // The rows.
 extern const struct geometry_mode geometry_spherical;
 extern const struct geometry_mode geometry_planar;
+extern const struct geometry_mode geometry_grid;
 
 #endif

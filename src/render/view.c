@@ -102,7 +102,8 @@ static status camera_error(const char *what, double value)
 
 static status check_camera(const perigee_view *v, const perigee_camera *c)
 {
-    double low = -pyramid_meta(v->planet->pyramid)->ellipsoid.b / 2;
+    const struct planet_meta *m = pyramid_meta(v->planet->pyramid);
+    double low = v->geometry->mode->outside ? m->height_min : -m->ellipsoid.b / 2;
     if (!(fabs(c->lat_deg) <= 90)) return camera_error("latitude", c->lat_deg);
     if (!isfinite(c->lon_deg)) return camera_error("longitude", c->lon_deg);
     if (!(c->alt_m >= low && c->alt_m <= 1e12)) return camera_error("altitude in metres", c->alt_m);

@@ -52,39 +52,79 @@ static struct result compare(const perigee_camera *c, const float *z, struct che
     return s;
 }
 
+static const struct {
+    const char *name;
+    double above, pitch;
+} HEIGHTS[] = {{"space", 1.2e7, -90}, {"air", 20000, -25}, {"ground", 100, -8}};
+
+static void check_depth(perigee_view *view, const char *name, const perigee_camera *c,
+                        struct check_random *r)
+{
+    static float z[SCENE_WIDTH * SCENE_HEIGHT];
+    scene_render(view, c, SCENE_WIDTH, SCENE_HEIGHT);
+    perigee_planes planes = {.z_m = z};
+    assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+    struct result s = compare(c, z, r);
+    print_message("%-6s %8.3f %8.3f fov %g: rms %.4f  99.9 %% %.4f  worst %.4f px, %d points, %d "
+                  "on the silhouette\n",
+                  name, c->lat_deg, c->lon_deg, c->fov_deg, s.rms, s.p999, s.worst, s.compared,
+                  s.silhouette);
+    assert_true(s.compared > PIXELS / 6);
+    assert_true(s.rms <= 0.5);
+    assert_true(s.p999 <= 2);
+    assert_true(s.silhouette <= PIXELS / 200);
+}
+
+// Looks from a place at one of the heights.
+static perigee_camera camera_over(double lat_deg, double lon_deg, int h, double fov_deg)
+{
+    perigee_camera c = {.lat_deg = lat_deg,
+                        .lon_deg = lon_deg,
+                        .heading_deg = 40,
+                        .pitch_deg = HEIGHTS[h].pitch,
+                        .fov_deg = fov_deg};
+    double ground = analytic_height(lat_deg * M_PI / 180, lon_deg * M_PI / 180);
+    c.alt_m = HEIGHTS[h].above + (h ? ground : 0);
+    return c;
+}
+
 static void test_depth_is_the_terrain(void **state)
 {
     (void)state;
-    static float z[SCENE_WIDTH * SCENE_HEIGHT];
     const double places[][2] = {{0, 0},       {0.3, 179.99}, {60, 25},    {90, 0},
                                 {89.97, 130}, {-90, 0},      {-89.2, -77}};
-    const struct {
-        const char *name;
-        double above, pitch;
-    } heights[] = {{"space", 1.2e7, -90}, {"air", 20000, -25}, {"ground", 100, -8}};
     perigee_planet *planet = scene_planet();
     perigee_view *view = scene_view(planet, NULL);
     struct check_random r = {99};
     for (int h = 0; h < 3; h++) {
         for (int i = 0; i < 7; i++) {
-            perigee_camera c = {
-                .lat_deg = places[i][0], .lon_deg = places[i][1], .heading_deg = 40, .fov_deg = 60};
-            c.alt_m = heights[h].above +
-                      (h ? analytic_height(c.lat_deg * M_PI / 180, c.lon_deg * M_PI / 180) : 0);
-            c.pitch_deg = heights[h].pitch;
-            scene_render(view, &c, SCENE_WIDTH, SCENE_HEIGHT);
-            perigee_planes planes = {.z_m = z};
-            assert_int_equal(perigee_view_read_planes(view, &planes), 0);
-            struct result s = compare(&c, z, &r);
-            print_message("%-6s %8.3f %8.3f: rms %.4f  99.9 %% %.4f  worst %.4f px, %d points, %d "
-                          "on the silhouette\n",
-                          heights[h].name, c.lat_deg, c.lon_deg, s.rms, s.p999, s.worst, s.compared,
-                          s.silhouette);
-            assert_true(s.compared > PIXELS / 6);
-            assert_true(s.rms <= 0.5);
-            assert_true(s.p999 <= 2);
-            assert_true(s.silhouette <= PIXELS / 200);
+            perigee_camera c = camera_over(places[i][0], places[i][1], h, 60);
+            check_depth(view, HEIGHTS[h].name, &c, &r);
         }
+    }
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+// The persistent grid, also through the narrowest and the widest lens, at a pole and on the
+// antimeridian.
+static void test_grid_is_the_terrain(void **state)
+{
+    (void)state;
+    static const struct {
+        double lat, lon, fov;
+        int height;
+    } views[] = {{90, 0, 60, 0},      {0.3, 179.99, 100, 1}, {-90, 0, 60, 1},
+                 {89.97, 130, 60, 2}, {60, 25, 0.01, 0},     {-10, -180, 0.01, 2},
+                 {0.3, 45, 0.01, 1},  {60, 25, 179, 1},      {-30, -179.9, 60, 2},
+                 {45, 12, 1, 1}};
+    perigee_planet *planet = scene_planet();
+    perigee_view_params params = {.mode = PERIGEE_MODE_GRID};
+    perigee_view *view = scene_view(planet, &params);
+    struct check_random r = {98};
+    for (size_t i = 0; i < sizeof views / sizeof *views; i++) {
+        perigee_camera c = camera_over(views[i].lat, views[i].lon, views[i].height, views[i].fov);
+        check_depth(view, HEIGHTS[views[i].height].name, &c, &r);
     }
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
@@ -108,6 +148,7 @@ static void test_every_variant(void **state)
         {"blend", {.transform = PERIGEE_TRANSFORM_BLEND}, 0.0005},
         {"vertex", {.texcoord_vertex = true}, 0.0002},
         {"hardware", {.hardware_filter = true}, 0.0002},
+        {"grid", {.mode = PERIGEE_MODE_GRID}, 0.0002},
     };
     perigee_planet *planet = scene_planet();
     struct check_random r = {5};
@@ -134,6 +175,7 @@ static void test_every_variant(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_depth_is_the_terrain),
+                                       cmocka_unit_test(test_grid_is_the_terrain),
                                        cmocka_unit_test(test_every_variant)};
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));

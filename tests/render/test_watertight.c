@@ -127,6 +127,20 @@ static void test_random_views(void **state)
     look_from_everywhere("default", &(perigee_view_params){0}, RANDOM_VIEWS * times, 31);
 }
 
+// The persistent grid, also a coarse one and one that is denser in the middle.
+static void test_grids(void **state)
+{
+    (void)state;
+    static const perigee_view_params grids[] = {
+        {.mode = PERIGEE_MODE_GRID},
+        {.mode = PERIGEE_MODE_GRID, .grid_rows = 60, .grid_columns = 80},
+        {.mode = PERIGEE_MODE_GRID, .grid_rows = 150, .grid_columns = 150, .grid_denser = 0.7},
+    };
+    static const char *const names[] = {"grid", "a coarse grid", "a grid denser in the middle"};
+    for (int i = 0; i < 3; i++)
+        look_from_everywhere(names[i], &grids[i], (i ? 6 : 24) * times, 200 + (uint64_t)i);
+}
+
 // Coarser meshes, rings and columns left out, the other transforms, coordinates from vertices, no
 // culling. Where up to seven of eight rings are left out, the chord between two at the limb, 0.13
 // of its angle t from the nadir long, runs under it by R (0.13 t)^2 / 8: at most a quarter of a
@@ -347,7 +361,8 @@ int main(int argc, char **argv)
     if (argc > 2) cmocka_set_test_filter(argv[2]);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_aimed_views), cmocka_unit_test(test_random_views),
-        cmocka_unit_test(test_exact_near_the_ground), cmocka_unit_test(test_other_settings)};
+        cmocka_unit_test(test_exact_near_the_ground), cmocka_unit_test(test_other_settings),
+        cmocka_unit_test(test_grids)};
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
