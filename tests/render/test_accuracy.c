@@ -57,8 +57,15 @@ static const struct {
     double above, pitch;
 } HEIGHTS[] = {{"space", 1.2e7, -90}, {"air", 20000, -25}, {"ground", 100, -8}};
 
+struct bound {
+    double rms, p999; // px
+    int silhouette;   // points
+};
+
+static const struct bound RINGS = {0.5, 2, PIXELS / 200};
+
 static void check_depth(perigee_view *view, const char *name, const perigee_camera *c,
-                        struct check_random *r)
+                        struct check_random *r, struct bound most)
 {
     static float z[SCENE_WIDTH * SCENE_HEIGHT];
     scene_render(view, c, SCENE_WIDTH, SCENE_HEIGHT);
@@ -70,9 +77,9 @@ static void check_depth(perigee_view *view, const char *name, const perigee_came
                   name, c->lat_deg, c->lon_deg, c->fov_deg, s.rms, s.p999, s.worst, s.compared,
                   s.silhouette);
     assert_true(s.compared > PIXELS / 6);
-    assert_true(s.rms <= 0.5);
-    assert_true(s.p999 <= 2);
-    assert_true(s.silhouette <= PIXELS / 200);
+    assert_true(s.rms <= most.rms);
+    assert_true(s.p999 <= most.p999);
+    assert_true(s.silhouette <= most.silhouette);
 }
 
 // Looks from a place at one of the heights.
@@ -99,7 +106,7 @@ static void test_depth_is_the_terrain(void **state)
     for (int h = 0; h < 3; h++) {
         for (int i = 0; i < 7; i++) {
             perigee_camera c = camera_over(places[i][0], places[i][1], h, 60);
-            check_depth(view, HEIGHTS[h].name, &c, &r);
+            check_depth(view, HEIGHTS[h].name, &c, &r, RINGS);
         }
     }
     perigee_view_destroy(&view);
@@ -107,24 +114,30 @@ static void test_depth_is_the_terrain(void **state)
 }
 
 // The persistent grid, also through the narrowest and the widest lens, at a pole and on the
-// antimeridian.
+// antimeridian. Bounds are about twice what was measured; through the narrowest lens the rings
+// measure as much, as a pixel is half a millimetre of ground, and through the widest the points on
+// the silhouette are as many.
 static void test_grid_is_the_terrain(void **state)
 {
     (void)state;
     static const struct {
         double lat, lon, fov;
         int height;
-    } views[] = {{90, 0, 60, 0},      {0.3, 179.99, 100, 1}, {-90, 0, 60, 1},
-                 {89.97, 130, 60, 2}, {60, 25, 0.01, 0},     {-10, -180, 0.01, 2},
-                 {0.3, 45, 0.01, 1},  {60, 25, 179, 1},      {-30, -179.9, 60, 2},
-                 {45, 12, 1, 1}};
+        struct bound most;
+    } views[] = {
+        {90, 0, 60, 0, {0.015, 0.25, 7}},      {0.3, 179.99, 100, 1, {0.0015, 0.02, 7}},
+        {-90, 0, 60, 1, {0.006, 0.12, 7}},     {89.97, 130, 60, 2, {0.012, 0.025, 7}},
+        {60, 25, 0.01, 0, {0.25, 0.4, 7}},     {-10, -180, 0.01, 2, {1.8, 2.7, 7}},
+        {0.3, 45, 0.01, 1, {0.2, 0.5, 7}},     {60, 25, 179, 1, {0.006, 0.15, 25}},
+        {-30, -179.9, 60, 2, {0.02, 0.05, 7}}, {45, 12, 1, 1, {0.02, 0.05, 7}},
+    };
     perigee_planet *planet = scene_planet();
     perigee_view_params params = {.mode = PERIGEE_MODE_GRID};
     perigee_view *view = scene_view(planet, &params);
     struct check_random r = {98};
     for (size_t i = 0; i < sizeof views / sizeof *views; i++) {
         perigee_camera c = camera_over(views[i].lat, views[i].lon, views[i].height, views[i].fov);
-        check_depth(view, HEIGHTS[views[i].height].name, &c, &r);
+        check_depth(view, HEIGHTS[views[i].height].name, &c, &r, views[i].most);
     }
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
@@ -148,7 +161,7 @@ static void test_every_variant(void **state)
         {"blend", {.transform = PERIGEE_TRANSFORM_BLEND}, 0.0005},
         {"vertex", {.texcoord_vertex = true}, 0.0002},
         {"hardware", {.hardware_filter = true}, 0.0002},
-        {"grid", {.mode = PERIGEE_MODE_GRID}, 0.0002},
+        {"grid", {.mode = PERIGEE_MODE_GRID}, 0.0015},
     };
     perigee_planet *planet = scene_planet();
     struct check_random r = {5};
