@@ -14,7 +14,8 @@
 #define FIRST_GAIN_MAX 0.55
 
 // Spacing at which the steady share is halved: what water carves, soil and plants cover again.
-// Lidar of 0.6 m still has the whole share; without an end, a viewer's own footing would bristle.
+// Lidar of 0.6 m has more (bench/RESULTS-synthesis.md); without an end, a viewer's own footing
+// would bristle.
 #define SMOOTH_M 0.5
 
 // No land is smoother than this at any scale: rise over run, less over more than FLOOR_SCALE_M.
