@@ -18,7 +18,10 @@ struct command_help {
 };
 
 static const struct command_help texts[COMMAND_COUNT] = {
-    [COMMAND_VIEW] = {"perigee [view [PLANET] [OPTIONS]]", "Explore the planet in a window.",
+    [COMMAND_VIEW] = {"perigee [view [PLANET] [OPTIONS]]",
+                      "Explore the planet in a window. F1 lists its keys, among them M for the "
+                      "next mode and V for "
+                      "two modes side by\nside with their difference (X: how much of it).",
                       "  perigee view\n"
                       "  perigee view moon.planet --lat 26 --lon 3.6 --alt 50000 --pitch -30\n"
                       "  perigee view --camera 45.45,10.72,450,320,-3\n"

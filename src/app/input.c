@@ -145,6 +145,9 @@ static void run_command(struct input *in, int key, int scancode)
     else if (sign == '.') in->handler(in->user, INPUT_TIME_FASTER);
     else if (sign == 'c') in->handler(in->user, INPUT_COPY_CAMERA);
     else if (sign == 'n') control_north_up(in->control);
+    else if (sign == 'm') in->handler(in->user, INPUT_NEXT_MODE);
+    else if (sign == 'v') in->handler(in->user, INPUT_SPLIT);
+    else if (sign == 'x') in->handler(in->user, INPUT_NEXT_DIFFERENCE);
 }
 
 static void on_key(GLFWwindow *window, int key, int scancode, int action, int mods)

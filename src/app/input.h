@@ -16,6 +16,9 @@ enum input_command {
     INPUT_TOGGLE_TIME,
     INPUT_TIME_SLOWER,
     INPUT_TIME_FASTER,
+    INPUT_NEXT_MODE,
+    INPUT_SPLIT,
+    INPUT_NEXT_DIFFERENCE,
     INPUT_LEAVE, // Esc outside of fly mode
 };
 

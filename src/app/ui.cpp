@@ -39,6 +39,9 @@ const help_line HELP[] = {
     {"F", "fly mode; Esc leaves it"},
     {"W A S D, R F, Q E", "in fly mode: move, rise and sink, roll"},
     {"Shift", "in fly mode: faster"},
+    {"M", "next mode; in a split of the right half"},
+    {"V", "split: two modes at the same camera, and their difference"},
+    {"X", "in a split: the difference below, everywhere, nowhere"},
     {"C", "copy the camera (perigee view --camera ...)"},
     {"F12", "screenshot"},
     {"F1", "this help"},
@@ -81,14 +84,35 @@ void begin_passive(const char *name, ImVec2 at, ImVec2 pivot)
     ImGui::Begin(name, nullptr, PASSIVE);
 }
 
+void draw_mode(const ui_state *s, int side)
+{
+    char drawn[32], total[32];
+    format_count(drawn, sizeof drawn, (double)s->stats[side].triangles_drawn);
+    format_count(total, sizeof total, (double)s->stats[side].triangles_total);
+    ImGui::Text("%s: %s of %s triangles", s->modes[side], drawn, total);
+}
+
+// What the right half and the lowest rows of a split show.
+void draw_split(const ui_state *s, ImVec2 size)
+{
+    if (!s->modes[1]) return;
+    begin_passive("right", ImVec2(size.x - MARGIN, MARGIN), ImVec2(1, 0));
+    draw_mode(s, 1);
+    ImGui::End();
+    if (!(s->difference > 0)) return;
+    float top = size.y * (1 - (float)s->difference);
+    begin_passive("difference", ImVec2(size.x - MARGIN, top + MARGIN * (top > 0 ? 1 : 5)),
+                  ImVec2(1, 0));
+    ImGui::Text("difference x %d", s->gain);
+    ImGui::End();
+}
+
 void draw_position(const ui_state *s)
 {
-    char alt[32], above[32], drawn[32], total[32];
+    char alt[32], above[32];
     const perigee_camera &c = s->camera;
     format_length(alt, sizeof alt, c.alt_m);
     format_length(above, sizeof above, c.alt_m - s->ground_m);
-    format_count(drawn, sizeof drawn, (double)s->stats.triangles_drawn);
-    format_count(total, sizeof total, (double)s->stats.triangles_total);
     begin_passive("position", ImVec2(MARGIN, MARGIN), ImVec2(0, 0));
     ImGui::Text("%.6f %c  %.6f %c", std::fabs(c.lat_deg), c.lat_deg < 0 ? 'S' : 'N',
                 std::fabs(c.lon_deg), c.lon_deg < 0 ? 'W' : 'E');
@@ -96,7 +120,8 @@ void draw_position(const ui_state *s)
     ImGui::Text("heading %.1f  pitch %.1f", c.heading_deg < 0 ? c.heading_deg + 360 : c.heading_deg,
                 c.pitch_deg);
     ImGui::Text("%s", s->time);
-    ImGui::Text("%.1f ms, %s of %s triangles", s->frame_ms, drawn, total);
+    ImGui::Text("%.1f ms", s->frame_ms);
+    draw_mode(s, 0);
     if (s->flying) ImGui::TextUnformatted("fly mode");
     if (s->missing_count > 0) {
         ImGui::Separator();
@@ -146,6 +171,7 @@ void lay_out(const ui_state *s)
 {
     ImVec2 size = ImGui::GetIO().DisplaySize;
     draw_position(s);
+    draw_split(s, size);
     draw_attribution(s, size);
     if (s->message[0]) {
         begin_passive("message", ImVec2(size.x / 2, size.y - 5 * MARGIN), ImVec2(0.5f, 1));

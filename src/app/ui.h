@@ -17,8 +17,11 @@ struct ui_state {
     perigee_camera camera;
     double ground_m; // terrain below the camera
     double frame_ms;
-    perigee_stats stats;
-    const char *missing; // lines; "" when complete
+    const char *modes[2];   // of the picture, or of the halves of a split; NULL: none
+    perigee_stats stats[2]; // of these
+    double difference;      // share of the rows, from below, that shows it; 0: none
+    int gain;               // by which it is amplified
+    const char *missing;    // lines; "" when complete
     int missing_count;
     const char *time;
     const char *attribution;

@@ -19,6 +19,7 @@
 #include "app/ui.h"
 #include "app/window_clock.h"
 #include "app/window_ground.h"
+#include "app/window_views.h"
 #include "base/log.h"
 
 #define DEG (M_PI / 180)
@@ -39,7 +40,7 @@ struct window {
     const struct window_params *params;
     perigee_planet_info info;
     GLFWwindow *glfw;
-    perigee_view *view;
+    struct window_views *views;
     struct window_ground *ground;
     struct control *control;
     struct input *input;
@@ -53,7 +54,6 @@ struct window {
     char missing[512];
     int missing_count;
     double complete_s; // when nothing was missing last
-    perigee_stats stats;
 };
 
 bool window_display_available(void)
@@ -96,7 +96,7 @@ static bool pick(void *user, double x_px, double y_px, geodetic *point)
 {
     struct window *w = user;
     double lat_deg, lon_deg, height;
-    if (perigee_view_pick(w->view, x_px, y_px, &lat_deg, &lon_deg, &height)) return false;
+    if (!window_views_pick(w->views, x_px, y_px, &lat_deg, &lon_deg, &height)) return false;
     *point = (geodetic){lat_deg * DEG, lon_deg * DEG, height};
     return true;
 }
@@ -144,8 +144,8 @@ static void take_screenshot(struct window *w)
     struct image_text texts[] = {
         {"Software", "Perigee"}, {"Camera", camera}, {"Source", attribution(w)}};
     int text_count = attribution(w)[0] ? 3 : 2;
-    int s = perigee_view_render_image(w->view, width, height, 2, rgb);
-    if (!s) s = (int)image_png_write(path, width, height, rgb, texts, text_count);
+    status s = window_views_picture(w->views, &c, w->clock.unix_time_s, width, height, rgb);
+    if (!s) s = image_png_write(path, width, height, rgb, texts, text_count);
     if (s) announce(w, "No screenshot: %s", perigee_last_error());
     else announce(w, "Saved %s", path);
     free(rgb);
@@ -158,6 +158,39 @@ static void copy_camera(struct window *w)
     camera_string_format(&c, text, sizeof text);
     glfwSetClipboardString(w->glfw, text);
     announce(w, "Copied %s", text);
+}
+
+// The modes in the window's title.
+static void show_modes(struct window *w)
+{
+    char title[256];
+    const char *right = window_views_mode(w->views, 1);
+    snprintf(title, sizeof title, "%s: %s%s%s", w->params->title ? w->params->title : "Perigee",
+             window_views_mode(w->views, 0), right ? " | " : "", right ? right : "");
+    glfwSetWindowTitle(w->glfw, title);
+}
+
+static void next_mode(struct window *w)
+{
+    bool split = window_views_is_split(w->views);
+    status s = window_views_next_mode(w->views);
+    if (s) announce(w, "The mode stays: %s", perigee_last_error());
+    else announce(w, "%s%s", split ? "Right: " : "", window_views_mode(w->views, split));
+    show_modes(w);
+}
+
+static void toggle_split(struct window *w)
+{
+    int width, height;
+    glfwGetFramebufferSize(w->glfw, &width, &height);
+    status s = window_views_toggle_split(w->views, width, height);
+    double bytes = 0;
+    for (int i = 0; i < 2; i++) bytes += (double)window_views_stats(w->views, i).gpu_bytes;
+    if (s) announce(w, "No split: %s", perigee_last_error());
+    else
+        announce(w, "%s, %.0f MiB of GPU memory",
+                 window_views_is_split(w->views) ? "Split: two views" : "One view", bytes / 0x1p20);
+    show_modes(w);
 }
 
 static void handle(void *user, enum input_command command)
@@ -183,6 +216,15 @@ static void handle(void *user, enum input_command command)
         break;
     case INPUT_TIME_FASTER:
         window_clock_change_speed(&w->clock, 1, now, lon_deg);
+        break;
+    case INPUT_NEXT_MODE:
+        next_mode(w);
+        break;
+    case INPUT_SPLIT:
+        toggle_split(w);
+        break;
+    case INPUT_NEXT_DIFFERENCE:
+        window_views_next_difference(w->views);
         break;
     case INPUT_LEAVE:
         if (w->help) w->help = false;
@@ -221,7 +263,8 @@ static bool open_scene(struct window *w)
 {
     const struct window_params *p = w->params;
     perigee_planet_get_info(p->planet, &w->info);
-    if (perigee_view_create(p->planet, p->view, &w->view)) return false;
+    if (window_views_create(p->planet, p->view, &w->views)) return false;
+    show_modes(w);
     int width, height;
     glfwGetFramebufferSize(w->glfw, &width, &height);
     w->ground = window_ground_create(p->planet);
@@ -243,35 +286,35 @@ static void draw_overlay(struct window *w)
     const geo_camera *c = control_camera(w->control);
     if (w->missing_count == 0) w->complete_s = w->now_s;
     bool late = w->now_s - w->complete_s > LATE_S;
-    struct ui_state state = {.camera = camera_in_degrees(c),
-                             .ground_m = control_ground(w->control),
-                             .frame_ms = w->frame_ms,
-                             .stats = w->stats,
-                             .missing = w->missing,
-                             .missing_count = late ? w->missing_count : 0,
-                             .time = time_text,
-                             .attribution = attribution(w),
-                             .message = w->now_s < w->message_until_s ? w->message : "",
-                             .flying = control_is_flying(w->control),
-                             .help = &w->help};
+    struct ui_state state = {
+        .camera = camera_in_degrees(c),
+        .ground_m = control_ground(w->control),
+        .frame_ms = w->frame_ms,
+        .modes = {window_views_mode(w->views, 0), window_views_mode(w->views, 1)},
+        .stats = {window_views_stats(w->views, 0), window_views_stats(w->views, 1)},
+        .difference = window_views_difference(w->views),
+        .gain = WINDOW_VIEWS_GAIN,
+        .missing = w->missing,
+        .missing_count = late ? w->missing_count : 0,
+        .time = time_text,
+        .attribution = attribution(w),
+        .message = w->now_s < w->message_until_s ? w->message : "",
+        .flying = control_is_flying(w->control),
+        .help = &w->help};
     ui_draw(&state);
 }
 
-static perigee_status draw_frame(struct window *w)
+static status draw_frame(struct window *w)
 {
     int width, height;
     glfwGetFramebufferSize(w->glfw, &width, &height);
     if (width < 1 || height < 1) return 0;
     double begin = glfwGetTime();
     perigee_camera camera = camera_in_degrees(control_camera(w->control));
-    perigee_status s = perigee_view_set_camera(w->view, &camera);
-    if (isnan(w->clock.unix_time_s)) perigee_view_set_time_noon(w->view);
-    else if (!s) s = perigee_view_set_time(w->view, w->clock.unix_time_s);
+    status s = window_views_render(w->views, &camera, w->clock.unix_time_s, width, height, 0);
     w->drawn_time_s = w->clock.unix_time_s;
-    if (!s) s = perigee_view_render(w->view, width, height);
     if (s) return s;
-    perigee_view_get_stats(w->view, &w->stats);
-    w->missing_count = perigee_view_missing(w->view, w->missing, sizeof w->missing);
+    w->missing_count = window_views_missing(w->views, w->missing, sizeof w->missing);
     draw_overlay(w);
     glfwSwapBuffers(w->glfw);
     w->frame_ms = (glfwGetTime() - begin) * 1e3;
@@ -292,7 +335,8 @@ static bool advance(struct window *w)
                isnan(w->clock.unix_time_s) != isnan(w->drawn_time_s);
     bool active = input_take_activity(w->input);
     bool news = window_ground_take_news(w->ground);
-    return moved || told || sun || active || news || w->stats.needs_redraw || w->params->frames > 0;
+    return moved || told || sun || active || news || window_views_need_redraw(w->views) ||
+           w->params->frames > 0;
 }
 
 static void wait_for_events(const struct window *w, bool drew)
@@ -329,7 +373,7 @@ static void close_window(struct window *w)
     control_destroy(&w->control);
     perigee_planet_stop_waiting(w->params->planet);
     window_ground_destroy(&w->ground);
-    perigee_view_destroy(&w->view);
+    window_views_destroy(&w->views);
     if (w->glfw) glfwDestroyWindow(w->glfw);
     glfwTerminate();
 }

@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "app/image_png.h"
 #include "app/window.h"
 #include "perigee.h"
 #include "planet/analytic_planet.h"
@@ -97,34 +98,92 @@ static const char script[] =
     "xdotool key f keydown w; sleep 0.2; xdotool keyup w key Escape; sleep 0.2; xdotool key "
     "Escape\n";
 
+static bool has_hand(void)
+{
+    return system("command -v xdotool >/dev/null") == 0;
+}
+
+static pid_t start_hand(const char *what)
+{
+    pid_t hand = fork();
+    if (hand == 0) {
+        execlp("sh", "sh", "-c", what, (char *)NULL);
+        _exit(127);
+    }
+    return hand;
+}
+
+static bool hand_is_done(pid_t hand)
+{
+    int result = -1;
+    waitpid(hand, &result, 0);
+    return WIFEXITED(result) && WEXITSTATUS(result) == 0;
+}
+
 static void answers_mouse_and_keyboard(void **state)
 {
     (void)state;
-    if (system("command -v xdotool >/dev/null") != 0) {
+    if (!has_hand()) {
         print_message("xdotool is not there\n");
         skip();
     }
     remove("shots/perigee-0001.png");
     mkdir("shots", 0777);
-    pid_t hand = fork();
-    if (hand == 0) {
-        execlp("sh", "sh", "-c", script, (char *)NULL);
-        _exit(127);
-    }
+    pid_t hand = start_hand(script);
     struct window_params p = params();
     p.screenshot_dir = "shots";
     p.run_s = 60;
     double begin = seconds();
     assert_int_equal(window_run(&p), 0);
     double took = seconds() - begin;
-    int result = -1;
-    waitpid(hand, &result, 0);
-    assert_true(WIFEXITED(result) && WEXITSTATUS(result) == 0);
+    assert_true(hand_is_done(hand));
     print_message("closed by Esc after %.1f s\n", took);
     assert_true(took < 55);
     struct stat shot;
     assert_int_equal(stat("shots/perigee-0001.png", &shot), 0);
     assert_true(shot.st_size > 1000);
+}
+
+// The keys, seen by the window's title, which names the modes; the pictures of the split and of a
+// single mode by what F12 saves. (test_views.c looks at the pixels.)
+static void keys_step_and_split(void **state)
+{
+    (void)state;
+    if (!has_hand()) {
+        print_message("xdotool is not there\n");
+        skip();
+    }
+    enum { WIDTH = 400, HEIGHT = 300 };
+    static uint8_t split[HEIGHT][WIDTH][3], single[HEIGHT][WIDTH][3];
+    const char *first = perigee_mode_name(1), *second = perigee_mode_name(2);
+    if (!second) second = perigee_mode_name(0);
+    char keys[2048];
+    snprintf(
+        keys, sizeof keys,
+        "set -e; see() { timeout 50 xdotool search --sync --onlyvisible --name \"^" TITLE
+        ": $1\\$\" | head -n 1; }\n"
+        "id=$(see %s); xdotool mousemove --window $id 200 150 key m; test -n \"$(see %s)\"\n"
+        "xdotool key v; test -n \"$(see '%s . %s')\"; xdotool key x key x key x key F12 key m\n"
+        "xdotool key v; test -n \"$(see %s)\"; xdotool key F12 key Escape\n",
+        perigee_mode_name(0), first, first, second, first);
+    mkdir("modes", 0777);
+    remove("modes/perigee-0001.png");
+    remove("modes/perigee-0002.png");
+    pid_t hand = start_hand(keys);
+    struct window_params p = params();
+    p.screenshot_dir = "modes";
+    p.run_s = 100;
+    assert_int_equal(window_run(&p), 0);
+    assert_true(hand_is_done(hand));
+    assert_int_equal(image_png_read("modes/perigee-0001.png", WIDTH, HEIGHT, split[0][0]), OK);
+    assert_int_equal(image_png_read("modes/perigee-0002.png", WIDTH, HEIGHT, single[0][0]), OK);
+    int white[2] = {0};
+    for (int y = 0; y < HEIGHT / 2; y++) {
+        white[0] += memcmp(split[y][WIDTH / 2], "\xff\xff\xff", 3) == 0;
+        white[1] += memcmp(single[y][WIDTH / 2], "\xff\xff\xff", 3) == 0;
+    }
+    assert_int_equal(white[0], HEIGHT / 2);
+    assert_int_equal(white[1], 0);
 }
 
 static int open_planet(void **state)
@@ -151,10 +210,9 @@ int main(int argc, char **argv)
         return 77;
     }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_opengl_45),
-        cmocka_unit_test(no_display),
-        cmocka_unit_test(draws_some_frames),
-        cmocka_unit_test(answers_mouse_and_keyboard),
+        cmocka_unit_test(no_opengl_45),        cmocka_unit_test(no_display),
+        cmocka_unit_test(draws_some_frames),   cmocka_unit_test(answers_mouse_and_keyboard),
+        cmocka_unit_test(keys_step_and_split),
     };
     return cmocka_run_group_tests(tests, open_planet, close_planet);
 }
