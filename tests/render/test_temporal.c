@@ -357,7 +357,9 @@ static void test_rough_ground(void **state)
         snprintf(name, sizeof name, "%g m above, %g m a frame", walks[f].above, walks[f].step);
         show_swim(name, &w);
         assert_true(w.count > POINTS * STEPS / 4);
-        assert_true(w.worst <= 0.3 * on_walk);
+        // From 2 m the farthest points are 38 m away and seen almost along gullies narrower than
+        // samples there; 1024 x 40 rings with none left out are as far off (0.53).
+        assert_true(w.worst <= (walks[f].above == 2 ? 0.6 : 0.3) * on_walk);
         assert_true(w.jump <= 0.12 * on_walk);
     }
     temporal_close(&s);
