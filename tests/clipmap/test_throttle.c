@@ -161,7 +161,10 @@ static void slow_frame(struct model *m, const struct fake_line *line, struct fak
     pool_drain(m->pool);
     fake_pyramid_tick(m->pyramid, line, t);
     clipmap_begin_frame(m->clipmap, false);
-    while (model_take(m, SIZE_MAX)) model_upload(m);
+    while (model_take(m, SIZE_MAX)) {
+        model_upload(m);
+        pool_drain(m->pool);
+    }
 }
 
 struct turn {
