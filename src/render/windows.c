@@ -11,8 +11,9 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/vec.h"
-#include "gpu/program.h"
 #include "render/deepen.h"
+#include "render/normals.h"
+#include "render/texture_array.h"
 
 enum { MAX_COLOR_LEVELS = 18, COLOR_LEVELS_BEYOND = 2, MAX_PENDING = 64 };
 
@@ -51,7 +52,7 @@ struct layer {
 struct windows {
     struct deepen *deepen; // NULL: no level is made from the one before
     struct layer height, color;
-    GLuint normals, convexity, normal_program;
+    struct normals *normals;
     struct pending pending[CLIPMAP_MAX_LEVELS];
     struct gpu_upload *upload;
     geo_ellipsoid ellipsoid;
@@ -61,18 +62,6 @@ struct windows {
     double lead;                     // by how many levels the heights are finer than the rings
     bool heights_changed, changed;
 };
-
-static GLuint make_array(GLenum format, const window_shape *shape, int levels, GLenum filter)
-{
-    GLuint t;
-    glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &t);
-    glTextureStorage3D(t, 1, format, shape->cols, shape->rows, levels);
-    glTextureParameteri(t, GL_TEXTURE_MIN_FILTER, (GLint)filter);
-    glTextureParameteri(t, GL_TEXTURE_MAG_FILTER, (GLint)filter);
-    glTextureParameteri(t, GL_TEXTURE_WRAP_S, GL_REPEAT);
-    glTextureParameteri(t, GL_TEXTURE_WRAP_T, GL_REPEAT);
-    return t;
-}
 
 static bool derives(void *user, const window *w, const window *coarser)
 {
@@ -88,11 +77,6 @@ static status create_deepen(struct windows *w, const windows_params *p)
     w->gpu_bytes += deepen_gpu_bytes(w->deepen);
     clipmap_set_derives(w->height.clipmap, derives, w->deepen);
     return OK;
-}
-
-static size_t array_bytes(const window_shape *shape, int levels, size_t texel_bytes)
-{
-    return (size_t)shape->rows * (size_t)shape->cols * (size_t)levels * texel_bytes;
 }
 
 // More samples across reach the same fineness with fewer levels.
@@ -137,13 +121,14 @@ static status create_textures(struct windows *w)
 {
     while (glGetError() != GL_NO_ERROR) {
     }
-    w->height.texture = make_array(GL_R32F, &w->height.shape, w->height.levels, GL_LINEAR);
-    w->normals = make_array(GL_RG16_SNORM, &w->height.shape, w->height.levels, GL_NEAREST);
-    w->convexity = make_array(GL_R8_SNORM, &w->height.shape, w->height.levels, GL_LINEAR);
+    w->height.texture = texture_array(GL_R32F, &w->height.shape, w->height.levels, GL_LINEAR);
+    status s = normals_create(&w->ellipsoid, &w->height.shape, w->height.levels, &w->normals);
+    if (s) return s;
     // Colour takes its memory whatever the planet's data, so that memory does not depend on them.
-    w->color.texture = make_array(GL_SRGB8_ALPHA8, &w->color.shape, MAX_COLOR_LEVELS, GL_LINEAR);
-    w->gpu_bytes = array_bytes(&w->height.shape, w->height.levels, 4 + 4 + 1) +
-                   array_bytes(&w->color.shape, MAX_COLOR_LEVELS, 4);
+    w->color.texture = texture_array(GL_SRGB8_ALPHA8, &w->color.shape, MAX_COLOR_LEVELS, GL_LINEAR);
+    w->gpu_bytes = texture_array_bytes(&w->height.shape, w->height.levels, 4) +
+                   normals_gpu_bytes(w->normals) +
+                   texture_array_bytes(&w->color.shape, MAX_COLOR_LEVELS, 4);
     if (glGetError() == GL_NO_ERROR) return OK;
     log_error("the GPU refused %zu MiB of textures for the terrain windows", w->gpu_bytes >> 20);
     return ERR_GPU;
@@ -158,7 +143,6 @@ status windows_create(const windows_params *params, struct windows **out)
     if (!s) s = create_textures(w);
     if (!s) s = create_deepen(w, params);
     if (!s) s = gpu_upload_create(params->upload_bytes_frame, &w->upload);
-    if (!s) s = gpu_program_create_compute("normals/normals.comp", NULL, &w->normal_program);
     if (s) windows_destroy(&w);
     *out = w;
     return s;
@@ -173,9 +157,7 @@ void windows_destroy(struct windows **windows)
     clipmap_destroy(&w->color.clipmap);
     glDeleteTextures(1, &w->height.texture);
     glDeleteTextures(1, &w->color.texture);
-    glDeleteTextures(1, &w->normals);
-    glDeleteTextures(1, &w->convexity);
-    if (w->normal_program) glDeleteProgram(w->normal_program);
+    normals_destroy(&w->normals);
     gpu_upload_destroy(&w->upload);
     free(w);
     *windows = NULL;
@@ -188,12 +170,12 @@ GLuint windows_heights(const struct windows *w)
 
 GLuint windows_normals(const struct windows *w)
 {
-    return w->normals;
+    return normals_texture(w->normals);
 }
 
 GLuint windows_convexity(const struct windows *w)
 {
-    return w->convexity;
+    return normals_convexity(w->normals);
 }
 
 GLuint windows_colors(const struct windows *w)
@@ -247,32 +229,6 @@ static bool whole_circle(const window *held)
     return held->share == 0;
 }
 
-// Normals of `rect` and of the samples around it that see it (REACH_MAX of normals.comp), as far as
-// they are valid.
-static void compute_normals(struct windows *w, const clipmap_level *l, int level, window_rect rect)
-{
-    rect = (window_rect){rect.row0 - 1, rect.row1 + 1, rect.col0 - 5, rect.col1 + 5};
-    rect = window_rect_intersect(rect, l->valid);
-    if (window_rect_empty(rect)) return;
-    const window *held = &l->held;
-    const window_shape *shape = &w->height.shape;
-    int64_t row0 = held->rect.row0, col0 = held->rect.col0;
-    int rows = (int)(rect.row1 - rect.row0), cols = (int)(rect.col1 - rect.col0);
-    int tex_row = (int)((row0 % shape->rows + shape->rows) % shape->rows);
-    int tex_col = (int)((col0 % shape->cols + shape->cols) % shape->cols);
-    double step_lat = window_step_lat(held), step_lon = window_step_lon(shape, held);
-    glUniform4i(0, (int)(rect.row0 - row0), rows, (int)(rect.col0 - col0), cols);
-    glUniform4i(1, tex_row, tex_col, level, whole_circle(held));
-    glUniform4i(2, (int)(l->valid.row0 - row0), (int)(l->valid.row1 - row0),
-                (int)(l->valid.col0 - col0), (int)(l->valid.col1 - col0));
-    int64_t circle = (int64_t)shape->cols << held->share;
-    glUniform1i(3, (int)row0);
-    glUniform2ui(5, (GLuint)((col0 % circle + circle) % circle), (GLuint)circle);
-    glUniform2f(6, (float)step_lat, (float)step_lon);
-    glUniform2f(4, (float)w->ellipsoid.a, (float)w->ellipsoid.b);
-    glDispatchCompute((GLuint)(cols + 15) / 16, (GLuint)(rows + 3) / 4, 1);
-}
-
 static bool rect_equal(window_rect a, window_rect b)
 {
     return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
@@ -280,20 +236,18 @@ static bool rect_equal(window_rect a, window_rect b)
 
 static void update_normals(struct windows *w)
 {
-    glUseProgram(w->normal_program);
-    glBindTextureUnit(0, w->height.texture);
-    glBindImageTexture(0, w->normals, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RG16_SNORM);
-    glBindImageTexture(1, w->convexity, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8_SNORM);
+    normals_begin(w->normals, w->height.texture);
     for (int i = 0; i < w->height.levels; i++) {
         struct pending *p = &w->pending[i];
         if (!p->count) continue;
         clipmap_level l = clipmap_level_state(w->height.clipmap, i);
         if (l.held.zoom != p->zoom || l.held.share != p->share) continue;
         if (!rect_equal(l.valid, l.held.rect)) continue;
-        for (int k = 0; k < p->count; k++) compute_normals(w, &l, i, p->rects[k]);
+        for (int k = 0; k < p->count; k++)
+            normals_compute(w->normals, &l.held, l.valid, p->rects[k]);
         p->count = 0;
     }
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    normals_end();
 }
 
 static void upload(struct windows *w, const struct layer *l, const clipmap_strip *s)

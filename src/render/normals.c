@@ -1,0 +1,90 @@
+#include "render/normals.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "gpu/program.h"
+#include "render/texture_array.h"
+
+struct normals {
+    geo_ellipsoid ellipsoid;
+    window_shape shape;
+    GLuint texture, convexity, program;
+    size_t bytes;
+};
+
+status normals_create(const geo_ellipsoid *ellipsoid, const window_shape *shape, int levels,
+                      struct normals **out)
+{
+    struct normals *n = NEW(struct normals);
+    *n = (struct normals){.ellipsoid = *ellipsoid, .shape = *shape};
+    n->texture = texture_array(GL_RG16_SNORM, shape, levels, GL_NEAREST);
+    n->convexity = texture_array(GL_R8_SNORM, shape, levels, GL_LINEAR);
+    n->bytes = texture_array_bytes(shape, levels, 4 + 1);
+    status s = gpu_program_create_compute("normals/normals.comp", NULL, &n->program);
+    if (s) normals_destroy(&n);
+    *out = n;
+    return s;
+}
+
+void normals_destroy(struct normals **normals)
+{
+    struct normals *n = *normals;
+    if (!n) return;
+    glDeleteTextures(1, &n->texture);
+    glDeleteTextures(1, &n->convexity);
+    if (n->program) glDeleteProgram(n->program);
+    free(n);
+    *normals = NULL;
+}
+
+GLuint normals_texture(const struct normals *n)
+{
+    return n->texture;
+}
+
+GLuint normals_convexity(const struct normals *n)
+{
+    return n->convexity;
+}
+
+size_t normals_gpu_bytes(const struct normals *n)
+{
+    return n->bytes;
+}
+
+void normals_begin(const struct normals *n, GLuint heights)
+{
+    glUseProgram(n->program);
+    glBindTextureUnit(0, heights);
+    glBindImageTexture(0, n->texture, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RG16_SNORM);
+    glBindImageTexture(1, n->convexity, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8_SNORM);
+}
+
+void normals_end(void)
+{
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+}
+
+void normals_compute(const struct normals *n, const window *held, window_rect valid,
+                     window_rect rect)
+{
+    rect = (window_rect){rect.row0 - 1, rect.row1 + 1, rect.col0 - 5, rect.col1 + 5};
+    rect = window_rect_intersect(rect, valid);
+    if (window_rect_empty(rect)) return;
+    const window_shape *shape = &n->shape;
+    int64_t row0 = held->rect.row0, col0 = held->rect.col0;
+    int rows = (int)(rect.row1 - rect.row0), cols = (int)(rect.col1 - rect.col0);
+    int tex_row = window_texel(row0, shape->rows), tex_col = window_texel(col0, shape->cols);
+    double step_lat = window_step_lat(held), step_lon = window_step_lon(shape, held);
+    glUniform4i(0, (int)(rect.row0 - row0), rows, (int)(rect.col0 - col0), cols);
+    glUniform4i(1, tex_row, tex_col, held->level, held->share == 0);
+    glUniform4i(2, (int)(valid.row0 - row0), (int)(valid.row1 - row0), (int)(valid.col0 - col0),
+                (int)(valid.col1 - col0));
+    int64_t circle = (int64_t)shape->cols << held->share;
+    glUniform1i(3, (int)row0);
+    glUniform2ui(5, (GLuint)((col0 % circle + circle) % circle), (GLuint)circle);
+    glUniform2f(6, (float)step_lat, (float)step_lon);
+    glUniform2f(4, (float)n->ellipsoid.a, (float)n->ellipsoid.b);
+    glDispatchCompute((GLuint)(cols + 15) / 16, (GLuint)(rows + 3) / 4, 1);
+}

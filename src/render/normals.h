@@ -1,0 +1,31 @@
+// Normals (RG16 snorm, octahedral, ECEF) and convexity (R8 snorm) of the height windows, a layer of
+// a texture array a level, taken at creation and made from the heights. Main only.
+#ifndef PERIGEE_RENDER_NORMALS_H
+#define PERIGEE_RENDER_NORMALS_H
+
+#include <epoxy/gl.h>
+
+#include "base/status.h"
+#include "clipmap/window.h"
+#include "geo/ellipsoid.h"
+
+struct normals;
+
+// ERR_GPU when a program fails; the owner of the textures asks GL whether they were granted.
+status normals_create(const geo_ellipsoid *ellipsoid, const window_shape *shape, int levels,
+                      struct normals **out);
+void normals_destroy(struct normals **normals);
+GLuint normals_texture(const struct normals *n);
+GLuint normals_convexity(const struct normals *n);
+size_t normals_gpu_bytes(const struct normals *n);
+
+// Between these: any number of rectangles, from the array of heights.
+void normals_begin(const struct normals *n, GLuint heights);
+void normals_end(void);
+
+// Normals of `rect` and of the samples around it that see it (REACH_MAX of normals.comp), as far as
+// they are `valid` in the window that the level's texture holds.
+void normals_compute(const struct normals *n, const window *held, window_rect valid,
+                     window_rect rect);
+
+#endif
