@@ -14,32 +14,35 @@ static double smoothstep(double low, double high, double x)
     return s * s * (3 - 2 * s);
 }
 
-// Heights about a place at `reach` radians of latitude, and as far to east and west on the ground
-// but never past the pole.
+// Heights about a place along great circles: north, east, south and west at `reach`, and between
+// them at sqrt(2) of it.
+enum { NORTH, NORTH_EAST, EAST, SOUTH_EAST, SOUTH, SOUTH_WEST, WEST, NORTH_WEST, AROUND };
+
 struct star {
-    double centre, north, south, west, east;
-    double lat_reach, lon_reach; // rad
+    double centre, around[AROUND];
+    double reach; // rad
 };
 
 static struct star read_star(struct field_reader *reader, const ray_hit *hit, double reach)
 {
-    struct star s = {.lat_reach = reach};
-    s.lon_reach = fmin(reach / fmax(cos(hit->lat * RAD), 1e-12), M_PI / 2);
-    double north = hit->lat + reach / RAD, south = hit->lat - reach / RAD, lon = s.lon_reach / RAD;
-    s.centre = hit->height;
-    s.north = north > 90 ? field_height(reader, 180 - north, hit->lon + 180)
-                         : field_height(reader, north, hit->lon);
-    s.south = south < -90 ? field_height(reader, -180 - south, hit->lon + 180)
-                          : field_height(reader, south, hit->lon);
-    s.west = field_height(reader, hit->lat, hit->lon - lon);
-    s.east = field_height(reader, hit->lat, hit->lon + lon);
+    struct star s = {.centre = hit->height, .reach = reach};
+    double sin_lat = sin(hit->lat * RAD), cos_lat = cos(hit->lat * RAD);
+    for (int k = 0; k < AROUND; k++) {
+        double azimuth = k * M_PI / 4, far = k % 2 ? M_SQRT2 * reach : reach;
+        double along = sin(far) * cos(azimuth), across = sin(far) * sin(azimuth);
+        double to_axis = cos_lat * cos(far) - sin_lat * along;
+        double lat = atan2(sin_lat * cos(far) + cos_lat * along, hypot(to_axis, across));
+        s.around[k] = field_height(reader, lat / RAD, hit->lon + atan2(across, to_axis) / RAD);
+    }
     return s;
 }
 
+// Nine-point Laplacian: alike in all directions to the fourth order.
 static double convexity(const struct star *s, double radius)
 {
-    double above =
-        (s->centre - 0.25 * (s->north + s->south + s->west + s->east)) / (s->lat_reach * radius);
+    double edges = 0, corners = 0;
+    for (int k = 0; k < AROUND; k += 2) edges += s->around[k], corners += s->around[k + 1];
+    double above = 5.0 / 6 * (s->centre - edges / 5 - corners / 20) / (s->reach * radius);
     return above / (fabs(above) + HALF_CONVEX);
 }
 
@@ -62,11 +65,11 @@ static struct place place_of(geo_ellipsoid e, const ray_hit *hit)
                           .meridian = prime * (1 - e2) / w2};
 }
 
-static dvec3 normal_of(const struct place *p, const struct star *s, double lat)
+static dvec3 normal_of(const struct place *p, const struct star *s)
 {
-    double to_north = (s->north - s->south) / (2 * s->lat_reach * (p->meridian + s->centre));
-    double to_east = (s->east - s->west) /
-                     (2 * s->lon_reach * fmax(cos(lat * RAD), 1e-12) * (p->prime + s->centre));
+    double to_north =
+        (s->around[NORTH] - s->around[SOUTH]) / (2 * s->reach * (p->meridian + s->centre));
+    double to_east = (s->around[EAST] - s->around[WEST]) / (2 * s->reach * (p->prime + s->centre));
     return dvec3_normalize(dvec3_mad(dvec3_mad(p->up, p->north, -to_north), p->east, -to_east));
 }
 
@@ -85,7 +88,7 @@ void light_at(struct field_reader *reader, const ray_hit *hit, dvec3 dir, dvec3 
     double footprint = fmax(hit->t, 1e-3) * pixel / sqrt(facing);
     double reach = fmax(grid_step_lat(field_zoom(reader->field)), footprint / e.a);
     struct star near = read_star(reader, hit, reach), far = read_star(reader, hit, 8 * reach);
-    dvec3 normal = normal_of(&p, &near, hit->lat);
+    dvec3 normal = normal_of(&p, &near);
     double convex = 0.5 * (convexity(&near, p.meridian) + convexity(&far, p.meridian));
     double texel[4], steep = smoothstep(0.10, 0.45, 1 - dvec3_dot(normal, up));
     field_color(reader, log2(M_PI * e.a / (TILE_SIZE * footprint)), hit->lat, hit->lon, texel);

@@ -1,10 +1,14 @@
 #include "render/normals.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "base/vec.h"
 #include "gpu/program.h"
 #include "render/texture_array.h"
+
+enum { REACH_MAX = 8 }; // columns, of normals.comp
 
 struct normals {
     geo_ellipsoid ellipsoid;
@@ -66,11 +70,25 @@ void normals_end(void)
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
+// `rect` and the samples around it that see it: a row's length away along great circles, and what
+// heights are the mean of there.
+static window_rect seen_from(const struct normals *n, const window *held, window_rect rect)
+{
+    const int64_t last = (int64_t)(M_PI / window_step_lat(held) + 0.5);
+    int64_t from_pole = rect.row0 < last - rect.row1 ? rect.row0 : last - rect.row1;
+    from_pole = from_pole > 3 ? from_pole - 3 : 0;
+    double step_lon = window_step_lon(&n->shape, held);
+    double columns =
+        window_step_lat(held) / sin(((double)from_pole + 0.5) * window_step_lat(held)) / step_lon;
+    double reach = fmin(columns, REACH_MAX), wide = 1 + 1.3 * clamp_double(columns - 1, 0, 1);
+    int64_t cols = (int64_t)ceil(reach + wide), rows = from_pole < 26 ? 2 : 1;
+    return (window_rect){rect.row0 - rows, rect.row1 + rows, rect.col0 - cols, rect.col1 + cols};
+}
+
 void normals_compute(const struct normals *n, const window *held, window_rect valid,
                      window_rect rect)
 {
-    rect = (window_rect){rect.row0 - 1, rect.row1 + 1, rect.col0 - 5, rect.col1 + 5};
-    rect = window_rect_intersect(rect, valid);
+    rect = window_rect_intersect(seen_from(n, held, rect), valid);
     if (window_rect_empty(rect)) return;
     const window_shape *shape = &n->shape;
     int64_t row0 = held->rect.row0, col0 = held->rect.col0;

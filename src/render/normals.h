@@ -23,7 +23,7 @@ size_t normals_gpu_bytes(const struct normals *n);
 void normals_begin(const struct normals *n, GLuint heights);
 void normals_end(void);
 
-// Normals of `rect` and of the samples around it that see it (REACH_MAX of normals.comp), as far as
+// Normals of `rect` and of the samples around it that see it, as far as
 // they are `valid` in the window that the level's texture holds.
 void normals_compute(const struct normals *n, const window *held, window_rect valid,
                      window_rect rect);

@@ -111,7 +111,7 @@ static status write_raster(const char *path, int zoom, const dmat3 *rotation, bo
     return error == CE_None ? OK : ERR_IO;
 }
 
-static status put_tile(struct planet_writer *w, const dmat3 *rotation, tile_id id)
+static status put_tile(struct planet_writer *w, const analytic_params *p, tile_id id)
 {
     enum { SAMPLES = TILE_SIZE * TILE_SIZE };
     static float heights[SAMPLES];
@@ -122,11 +122,12 @@ static status put_tile(struct planet_writer *w, const dmat3 *rotation, tile_id i
     for (int k = 0; k < SAMPLES; k++) {
         double lat = north - (k / TILE_SIZE + 0.5) * grid_step_lat(id.zoom),
                lon = west + (k % TILE_SIZE + 0.5) * grid_step_lon(id.zoom, id.row);
-        heights[k] = (float)analytic_height_rotated(rotation, lat, lon);
+        heights[k] = (float)analytic_height_rotated(p->rotation, lat, lon);
         low = heights[k] < low ? heights[k] : low;
         high = heights[k] > high ? heights[k] : high;
-        analytic_color_rotated(rotation, lat, lon, rgb);
-        for (int i = 0; i < 3; i++) pixels[3 * k + i] = (unsigned char)lrint(255 * rgb[i]);
+        analytic_color_rotated(p->rotation, lat, lon, rgb);
+        for (int i = 0; i < 3; i++)
+            pixels[3 * k + i] = (unsigned char)lrint(255 * rgb[p->grey ? 0 : i]);
     }
     bool color = id.layer == LAYER_COLOR;
     codec_blob body;
@@ -148,7 +149,7 @@ static status make_direct(const char *path, const analytic_params *p)
         for (int z = 0; z <= p->zoom; z++)
             for (int row = 0; row < grid_rows(z); row++)
                 for (int col = 0; !s && col < grid_cols(z, row); col++)
-                    s = put_tile(w, p->rotation, (tile_id){(enum tile_layer)layer, z, row, col});
+                    s = put_tile(w, p, (tile_id){(enum tile_layer)layer, z, row, col});
     if (!s) s = planet_writer_finish(w, &meta);
     planet_writer_close(&w);
     return s;

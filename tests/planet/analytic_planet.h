@@ -36,6 +36,7 @@ typedef struct analytic_params {
     // true: the tiles of every zoom are written as they should be, without the importer; colour up
     // to `zoom` when color_zoom is not 0, as JPEG of quality 100.
     bool direct;
+    bool grey;             // of direct colour: R alone, which JPEG keeps to within its last bit
     double synthesis_gain; // 0: of direct tiles nothing is synthesised
 } analytic_params;
 

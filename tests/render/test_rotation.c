@@ -106,7 +106,8 @@ static void see(const dmat3 *r, int color_zoom, struct picture pictures[])
                                   .color_zoom = color_zoom,
                                   .rotation = r,
                                   .ellipsoid = {radius, radius},
-                                  .direct = true};
+                                  .direct = true,
+                                  .grey = true};
     assert_int_equal(analytic_planet_make_with(path, &make), 0);
     perigee_planet *planet;
     perigee_planet_params params = {.no_synthesis = true};
@@ -236,37 +237,26 @@ static void check_worst(const struct difference *d, double px, double rms, doubl
     assert_true(d->limb <= 5);
 }
 
-// Close to the ground a picture is made of a few texels, each rounded to 8 bits in another colour
-// space and another block of a JPEG where the planet is turned: that alone is more than the bar.
+// In grey: close to the ground a picture is made of a few texels, and what the colour space of JPEG
+// rounds off them, otherwise where the planet is turned, is more than the bar.
 static void test_turned_planets_look_the_same(void **state)
 {
     (void)state;
     struct difference worst[ALL_VIEWS];
     compare_turns("heights and colour", 3, worst);
-    for (int k = 0; k < views; k++)
-        check_worst(&worst[k], 0.1, looks[k].above < 10000 ? 0.75 : 0.5,
-                    looks[k].above < 10000 ? 3.5 : 3);
+    for (int k = 0; k < views; k++) check_worst(&worst[k], 0.1, 0.5, 3);
 }
 
-// Without imagery, so that what is left is the renderer's own.
+// Without imagery, so that what is left is the renderer's own, on slopes of a sixth: those of the
+// Moon's size are a seventeenth of that and say little.
 static void test_bare_planets_look_the_same(void **state)
 {
     (void)state;
     struct difference worst[ALL_VIEWS];
-    compare_turns("heights alone", 0, worst);
-    for (int k = 0; k < views; k++) check_worst(&worst[k], 0.1, 0.2, 1);
-}
-
-// Slopes 17 times as steep: more than the bars (tests/ACCURACY.md, 5). What is allowed is what was
-// seen, so that it does not grow.
-static void test_steep_planets_look_alike(void **state)
-{
-    (void)state;
-    struct difference worst[ALL_VIEWS];
-    if (!all_turns) skip();
     radius = PEBBLE;
-    compare_turns("heights alone, steep", 0, worst);
-    for (int k = 0; k < views; k++) check_worst(&worst[k], 0.3, 1.6, 8.5);
+    compare_turns("heights alone", 0, worst);
+    // Geometry: one pixel beside a crest, seen from one of the turns (tests/ACCURACY.md, 5).
+    for (int k = 0; k < views; k++) check_worst(&worst[k], 0.3, 0.5, 3);
     radius = MOON;
 }
 
@@ -275,8 +265,7 @@ int main(int argc, char **argv)
     all_turns = argc > 1;
     if (all_turns) views = ALL_VIEWS;
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_turned_planets_look_the_same),
-                                       cmocka_unit_test(test_bare_planets_look_the_same),
-                                       cmocka_unit_test(test_steep_planets_look_alike)};
+                                       cmocka_unit_test(test_bare_planets_look_the_same)};
     if (argc > 2) cmocka_set_test_filter(argv[2]);
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
