@@ -4,8 +4,8 @@ export PATH=$PATH:/usr/sbin
 for tool in nginx python3; do
     command -v $tool >/dev/null || { echo "no $tool"; exit 77; }
 done
-nginx_pid=
-trap '[[ -z $nginx_pid ]] || kill $nginx_pid; rm -rf "$work"' EXIT
+nginx_pid= line_pid=
+trap 'for pid in $nginx_pid $line_pid; do kill $pid 2>/dev/null || true; done; rm -rf "$work"' EXIT
 
 fail() {
     echo "FAILED: $*"
@@ -35,15 +35,19 @@ CONF
     ((EUID != 0)) || sed -i '1i user root;' nginx.conf
 }
 
+# await_port PORT: until somebody listens there, 10 s at most.
+await_port() {
+    for _ in $(seq 100); do
+        if (exec 3<>"/dev/tcp/127.0.0.1/$1") 2>/dev/null; then return 0; fi
+        sleep 0.1
+    done
+    return 1
+}
+
 start_nginx() {
     nginx -p "$work" -c nginx.conf 2>nginx.err &
     nginx_pid=$!
-    for _ in $(seq 50); do
-        if (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; then return 0; fi
-        sleep 0.1
-    done
-    cat nginx.err
-    fail "nginx does not start"
+    await_port "$port" || { cat nginx.err; fail "nginx does not start"; }
 }
 
 stop_nginx() {
