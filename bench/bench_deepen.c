@@ -115,7 +115,7 @@ static int run(struct planet_file *file, struct pyramid *p, double lat, double l
     struct deepen *d;
     GLuint texture;
     int failed = 0;
-    if (deepen_create(p, &shape, LEVELS, ROWS, &d)) return 1;
+    if (deepen_create(p, &shape, LEVELS, ROWS, NULL, &d)) return 1;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture);
     glTextureStorage3D(texture, 1, GL_R32F, COLS, ROWS, LEVELS);
     window up = window_at(&shape, 0, lat, lon, 1.0034);

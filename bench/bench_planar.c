@@ -1,10 +1,11 @@
 // Geometry clipmaps measured as their papers do: bench_planar PLANET [sizes|levels|update|heights|
-// forms]
+// forms|fleeting]
 //
 // sizes: the size of triangles on the screen against the formula, n = 63 .. 1023 (Losasso & Hoppe
 // 2004, 4); levels: screen-space error by level (its Table 2); update: a whole level's update (its
 // Table 1; Asirvatham & Hoppe 2005, Table 2-2); heights: packed against plain; forms: 2004, 2005
-// and the rings. Times are medians; ratios are within one run.
+// and the rings; fleeting: levels below the data kept and not. Times are medians; ratios are within
+// one run.
 #include <epoxy/gl.h>
 #include <math.h>
 #include <stdio.h>
@@ -236,7 +237,7 @@ static double elevation_on_gpu(perigee_view *view)
     const struct planar *p = (const struct planar *)view->geometry;
     struct planar_elevation *e;
     planar_elevation_params params = {
-        .n = N, .levels = p->levels, .defines = "#define TRANSFORM 0\n"};
+        .n = N, .levels = p->levels, .kept = p->levels, .defines = "#define TRANSFORM 0\n"};
     if (planar_elevation_create(&params, &e)) die("elevation maps");
     double ms[REPEATS];
     nest_square squares[CLIPMAP_MAX_LEVELS];
@@ -246,7 +247,8 @@ static double elevation_on_gpu(perigee_view *view)
         frame_begin_geometry(&view->frame, view->windows);
         glFinish();
         double start = now_ms();
-        uint64_t vertices = planar_elevation_update(e, view->windows, squares, p->first, p->last);
+        uint64_t vertices =
+            planar_elevation_update(e, view->windows, squares, p->first, p->first, p->last);
         glFinish();
         ms[i] = (now_ms() - start) * N * N / (double)vertices;
     }
@@ -406,6 +408,35 @@ static void bench_forms(perigee_planet *planet)
     }
 }
 
+// Levels below the data: as tiles, kept on the GPU, and made anew in each frame (2005, 2.6.3).
+static void bench_fleeting(const char *path)
+{
+    static const char *const names[] = {"tiles", "kept", "memory-free"};
+    static const double above[] = {20000, 1500, 50};
+    perigee_planet *planet;
+    if (perigee_planet_open(path, NULL, &planet)) die("the planet");
+    for (int i = 0; i < 3; i++) {
+        perigee_camera c = camera_at(45.4, 10.0, 150 + above[i], i ? -10 : -30);
+        double base = 0;
+        for (int k = 0; k < 3; k++) {
+            perigee_view_params params = {
+                .mode = PERIGEE_MODE_PLANAR, .gpu_synthesis = k > 0, .planar_memory_free = k > 1};
+            perigee_view *view = view_of(planet, params);
+            render(view, &c);
+            perigee_stats s = stats_of(view);
+            double ms = turning_ms(view, c);
+            if (k < 2) base = ms;
+            printf("%6.0f m  %-12s levels %2u-%2u  drawn %7llu  draws %3llu  %.1f MiB  time %.2f\n",
+                   above[i], names[k], s.first_level, s.last_level,
+                   (unsigned long long)s.triangles_drawn, (unsigned long long)s.draws,
+                   (double)s.gpu_bytes / 0x1p20, ms / base);
+            fflush(stdout);
+            perigee_view_destroy(&view);
+        }
+    }
+    perigee_planet_close(&planet);
+}
+
 int main(int argc, char **argv)
 {
     if (argc < 2) return 2;
@@ -421,6 +452,7 @@ int main(int argc, char **argv)
     if (!*what || !strcmp(what, "update")) bench_update(planet, argv[1]);
     if (!*what || !strcmp(what, "heights")) bench_heights(planet);
     if (!*what || !strcmp(what, "forms")) bench_forms(planet);
+    if (!*what || !strcmp(what, "fleeting")) bench_fleeting(argv[1]);
     perigee_planet_close(&planet);
     return 0;
 }

@@ -136,10 +136,13 @@ typedef struct perigee_view_params {
     enum perigee_planar_form planar_form;
     uint32_t planar_triangles; // of the form of 2004: shrink its regions until no more are in the
                                // frustum, as far as can be; 0: no bound
-    bool planar_packed; // true: its heights in one number, whole metres (2005, 2.4.1); coarse
-    int levels;         // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
-    int first_level;    // coarsest level drawn; 0: by the horizon
-    int last_level;     // finest level drawn; 0: by the pixel size
+    bool planar_packed;      // true: its heights in one number, whole metres (2005, 2.4.1); coarse
+    bool planar_memory_free; // true: levels below all data are not kept but made anew on the GPU in
+                             // each frame (2005, 2.6.3). Of the form of 2005; levels that cannot be
+                             // made so (gpu_synthesis, which it includes) are left out
+    int levels;              // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
+    int first_level;         // coarsest level drawn; 0: by the horizon
+    int last_level;          // finest level drawn; 0: by the pixel size
     enum perigee_transform transform;
     int grid_rows, grid_columns; // vertices of PERIGEE_MODE_GRID, 2 to 4096 each and up to 4 Mi in
                                  // all; 0: 360, 480

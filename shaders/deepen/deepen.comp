@@ -1,5 +1,6 @@
 // Heights of a level below the data, made from the next coarser level's: four-point upsampling and what synthesis adds, as
 // src/planet makes its tiles (upsample.c, synthesis.c). Columns of the finer level are half as wide as the coarser's.
+#include "lib/layers.glsl"
 #include "shared/synthesis.glsl"
 
 layout(local_size_x = 32, local_size_y = 4) in;
@@ -82,7 +83,7 @@ float made_at(ivec2 at, ivec2 to)
     for (int y = 0; y < 4; y++)
         for (int x = 0; x < 4; x++) {
             ivec2 texel = ivec2((first.x + x) & (size.x - 1), (first.y + y) % size.y);
-            h[4 * y + x] = texelFetch(height_windows, ivec3(texel, level - 1), 0).r;
+            h[4 * y + x] = texelFetch(height_windows, ivec3(texel, window_layer(level - 1)), 0).r;
         }
     if (h[5] == h[6] && h[5] == h[9] && h[5] == h[10]) return h[5];
     bool south = (fine.y & 1) != 0, east = (fine.x & 1) != 0;
@@ -110,5 +111,5 @@ void main()
     if (at.x >= rect.w || at.y >= rect.z) return;
     ivec2 size = textureSize(height_windows, 0).xy;
     ivec2 to = ivec2((rect.y + at.x) & (size.x - 1), (rect.x + at.y) % size.y);
-    imageStore(finer_heights, ivec3(to, level), vec4(made_at(at, to), 0.0, 0.0, 0.0));
+    imageStore(finer_heights, ivec3(to, window_layer(level)), vec4(made_at(at, to), 0.0, 0.0, 0.0));
 }

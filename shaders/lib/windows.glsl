@@ -1,6 +1,7 @@
 // Sampling the clipmap windows: bilinear in full float precision inside a level, a chain of levels from fine to coarse.
 // A level's weight falls to zero at the border of what it holds, so that a late level is never a hole and never an edge.
 #include "lib/blocks.glsl"
+#include "lib/layers.glsl"
 
 layout(binding = 0) uniform sampler2DArray height_windows;
 
@@ -32,17 +33,18 @@ float window_height(int level, vec2 place)
     vec4 torus = levels.height_torus[level];
     ivec2 size = textureSize(height_windows, 0).xy;
 #ifdef HARDWARE_FILTER
-    return textureLod(height_windows, vec3((place.yx + torus.yx) / vec2(size), float(level)), 0.0).r;
+    return textureLod(height_windows, vec3((place.yx + torus.yx) / vec2(size), float(window_layer(level))), 0.0).r;
 #else
     // From the nearest sample, so that only what the others differ by is weighed, by a half at most: one rounding at the
     // height's own size, and level ground stays level to the last bit.
     vec2 nearest = floor(place), f = place - nearest - 0.5;
+    int layer = window_layer(level);
     ivec2 rc = ivec2(nearest), aside = ivec2(f.x < 0.0 ? -1 : 1, f.y < 0.0 ? -1 : 1);
     f = abs(f);
-    float h = texelFetch(height_windows, ivec3(window_texel(rc, torus, size), level), 0).r;
-    float h_row = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(aside.x, 0), torus, size), level), 0).r;
-    float h_col = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(0, aside.y), torus, size), level), 0).r;
-    float h_both = texelFetch(height_windows, ivec3(window_texel(rc + aside, torus, size), level), 0).r;
+    float h = texelFetch(height_windows, ivec3(window_texel(rc, torus, size), layer), 0).r;
+    float h_row = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(aside.x, 0), torus, size), layer), 0).r;
+    float h_col = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(0, aside.y), torus, size), layer), 0).r;
+    float h_both = texelFetch(height_windows, ivec3(window_texel(rc + aside, torus, size), layer), 0).r;
     float d_row = h_row - h, d_col = h_col - h;
     return h + (f.x * d_row + f.y * (d_col + f.x * (h_both - h_col - d_row)));
 #endif

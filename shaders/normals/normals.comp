@@ -2,6 +2,7 @@
 // there at the scale of a sample. Both from the sample and its eight neighbours at the length of a row on the ground,
 // whatever the columns' length and however near a pole, so that neither depends on the latitude nor shows when a window
 // changes its share of the circle. The parametrisation runs on analytically beyond a pole.
+#include "lib/layers.glsl"
 #include "lib/octahedron.glsl"
 
 layout(local_size_x = 16, local_size_y = 4) in;
@@ -38,7 +39,7 @@ float height(int row, int column)
 {
     row = clamp(row, valid.x, valid.y - 1);
     if (window.w == 0) column = clamp(column, valid.z, valid.w - 1);
-    return texelFetch(height_windows, ivec3(texel(row, column), window.z), 0).r - datum;
+    return texelFetch(height_windows, ivec3(texel(row, column), window_layer(window.z)), 0).r - datum;
 }
 
 // Nothing below counts from the window's first sample where it would be rounded: a normal is the same whatever window it
@@ -111,7 +112,7 @@ void main()
     // The nine-point Laplacian, because its error too is alike in all directions, to the fourth order. In slopes.
     float above = (h_here - edges / 5.0 - corners / 20.0) * (5.0 / 6.0) / (grid.x * radius_meridian);
     above = sign(above) * max(abs(above) - ROUNDING * abs(datum) / (grid.x * radius_meridian), 0.0);
-    ivec3 to = ivec3(texel(row, column), window.z);
-    imageStore(normal_windows, to, vec4(octahedron_encode(normalize(normal)), 0.0, 0.0));
-    imageStore(convexity_windows, to, vec4(above / (abs(above) + HALF_CONVEX), 0.0, 0.0, 0.0));
+    ivec2 to = texel(row, column);
+    imageStore(normal_windows, ivec3(to, window_layer(window.z)), vec4(octahedron_encode(normalize(normal)), 0.0, 0.0));
+    imageStore(convexity_windows, ivec3(to, convexity_layer(window.z)), vec4(above / (abs(above) + HALF_CONVEX), 0.0, 0.0, 0.0));
 }

@@ -43,7 +43,7 @@ float fine_height(ivec2 at)
 
 float coarse_height(ivec2 at)
 {
-    ivec3 texel = ivec3(at.y & origin.z, at.x, level.x - 1);
+    ivec3 texel = ivec3(at.y & origin.z, at.x, elevation_layer(level.x - 1));
 #ifdef PACKED_HEIGHTS
     return floor(imageLoad(elevation, texel).r);
 #else
@@ -66,7 +66,7 @@ void main()
     if (at.x >= origin.z || at.y > origin.z) return;
     float fine = fine_height(at), coarse = fine;
     if (origin.w != 0) coarse = coarser_triangles(at);
-    ivec3 texel = ivec3(at.y, at.x, level.x);
+    ivec3 texel = ivec3(at.y, at.x, elevation_layer(level.x));
 #ifdef PACKED_HEIGHTS
     fine = floor(fine + 0.5);
     imageStore(elevation, texel, vec4(fine + clamp((coarse - fine + 256.0) / 512.0, 0.0, 0.998)));

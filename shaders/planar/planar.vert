@@ -1,5 +1,6 @@
 // A vertex of a geometry clipmap wrapped onto the planet: its place from its row and column, its height from its texel,
 // blended towards the coarser level's by its distance from the viewer (Asirvatham & Hoppe 2005, 2.3.5).
+#include "lib/layers.glsl"
 #include "lib/place_frame.glsl"
 
 layout(location = 0) in uvec2 footprint; // row, column
@@ -59,7 +60,7 @@ void main()
     square s = squares[level];
     float alpha = alpha_at(s, vec2(at));
     uint wrap = uint(textureSize(elevation, 0).x) - 1u;
-    vec2 heights = unpack_heights(texelFetch(elevation, ivec3(at.y & wrap, at.x, level), 0).rg);
+    vec2 heights = unpack_heights(texelFetch(elevation, ivec3(at.y & wrap, at.x, elevation_layer(int(level))), 0).rg);
     // The border's height is the coarser level's to the last bit.
     float h = alpha == 1.0 ? heights.y : heights.x + alpha * (heights.y - heights.x);
 

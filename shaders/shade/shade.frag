@@ -14,6 +14,10 @@ layout(binding = 5) uniform sampler2D map_buffer;
 
 layout(binding = 6) uniform sampler2DArray convexity_windows;
 
+#ifdef KEPT_LEVELS
+layout(location = 0) uniform ivec2 shaded; // first and last level of normals that this pass is for
+#endif
+
 layout(location = 0) in vec2 ndc;
 layout(location = 0) out vec4 color;
 
@@ -30,10 +34,11 @@ vec3 window_normal(int level, vec2 place)
     vec2 base = floor(p);
     vec2 f = p - base;
     ivec2 rc = ivec2(base);
-    vec3 n00 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc, torus, size), level), 0).rg);
-    vec3 n01 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(0, 1), torus, size), level), 0).rg);
-    vec3 n10 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(1, 0), torus, size), level), 0).rg);
-    vec3 n11 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(1, 1), torus, size), level), 0).rg);
+    int layer = window_layer(level);
+    vec3 n00 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc, torus, size), layer), 0).rg);
+    vec3 n01 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(0, 1), torus, size), layer), 0).rg);
+    vec3 n10 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(1, 0), torus, size), layer), 0).rg);
+    vec3 n11 = octahedron_decode(texelFetch(normal_windows, ivec3(window_texel(rc + ivec2(1, 1), torus, size), layer), 0).rg);
     return mix(mix(n00, n01, f.y), mix(n10, n11, f.y), f.x);
 }
 
@@ -62,7 +67,7 @@ float window_convexity(int level, vec2 dlonlat)
     vec2 place = window_place(levels.height_map[level], dlonlat);
     float w = window_weight(levels.height_valid[level], levels.height_torus[level].z, place);
     vec2 uv = (place.yx + levels.height_torus[level].yx) / vec2(textureSize(convexity_windows, 0).xy);
-    return w * textureLod(convexity_windows, vec3(uv, float(level)), 0.0).r;
+    return w * textureLod(convexity_windows, vec3(uv, float(convexity_layer(level))), 0.0).r;
 }
 
 // How convex the ground is, in [-1, 1]: at the scale of the given level and at one eight times coarser, both going over
@@ -136,6 +141,9 @@ void main()
     float fine = log2(2.0 * PI * view.axes.x / footprint); // level of one sample across a turn / footprint
     float height_rows = levels.height_map[0].x * PI, color_rows = levels.color_map[0].x * PI;
     float normal_level = clamp(min(ring_level + view.axes.z, fine - log2(height_rows)), 0.0, float(view.layers.x) + 0.999);
+#ifdef KEPT_LEVELS
+    if (int(normal_level) < shaded.x || int(normal_level) > shaded.y) discard;
+#endif
     float color_level = clamp(min(ring_level, fine - log2(color_rows)), 0.0, float(view.layers.y) + 0.999);
 
     vec3 up_ecef = ecef_of_meridian(up), sun_ecef = ecef_of_meridian(view.sun.xyz);

@@ -4,6 +4,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -86,7 +87,7 @@ static status make_buffers(struct deepen *d, int levels, int max_rows)
 }
 
 status deepen_create(struct pyramid *pyramid, const window_shape *shape, int levels, int max_rows,
-                     struct deepen **out)
+                     const char *defines, struct deepen **out)
 {
     assert(shape->rows <= DEEPEN_MAX_SIDE && shape->cols <= DEEPEN_MAX_SIDE);
     struct deepen *d = NEW(struct deepen);
@@ -97,10 +98,10 @@ status deepen_create(struct pyramid *pyramid, const window_shape *shape, int lev
     memset(d->tables, 0xff, sizeof *d->tables * (size_t)levels);
     d->row = NEW_ARRAY(struct row, (size_t)shape->rows);
     d->column = NEW_ARRAY(struct column, (size_t)shape->cols);
+    char text[64];
+    snprintf(text, sizeof text, "%s%s", defines ? defines : "", eroded ? "#define ERODED\n" : "");
     status s = make_buffers(d, levels, max_rows);
-    if (!s)
-        s = gpu_program_create_compute("deepen/deepen.comp", eroded ? "#define ERODED\n" : NULL,
-                                       &d->program);
+    if (!s) s = gpu_program_create_compute("deepen/deepen.comp", text, &d->program);
     if (!s) s = gpu_program_create_compute("deepen/ranges.comp", NULL, &d->range_program);
     if (s) deepen_destroy(&d);
     *out = d;
@@ -235,29 +236,23 @@ static void bind(GLuint binding, GLuint buffer, size_t at, size_t bytes)
     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, buffer, (GLintptr)at, (GLsizeiptr)bytes);
 }
 
-size_t deepen_run(struct deepen *d, GLuint texture, const clipmap_strip *strip)
+size_t deepen_make(struct deepen *d, GLuint texture, const window *w, window_rect rect)
 {
-    const window *w = &strip->window;
-    window_rect rect = strip->rect;
-    size_t rows = (size_t)(rect.row1 - rect.row0), cols = (size_t)(rect.col1 - rect.col0);
-    if (d->busy == SLOTS) return 0;
-    struct slot *slot = &d->slots[(d->first + d->busy++) % SLOTS];
     const struct planet_meta *m = pyramid_meta(d->pyramid);
     window_rect needs = window_rect_parents(rect);
     synthesis_lattice lattice = synthesis_lattice_of(pyramid_synthesis(d->pyramid), w->zoom, 0);
-    assert(w->level > 0 && rows && cols);
+    int rows = (int)(rect.row1 - rect.row0), cols = (int)(rect.col1 - rect.col0);
+    assert(w->level > 0 && rows > 0 && cols > 0);
     size_t bytes = fill_rows(d, w, rect) + fill_columns(d, w, rect);
     synthesis_scale scale = synthesis_scale_of(w->zoom - 1, m->synthesis_gain,
                                                m->max_zoom[LAYER_HEIGHT], m->ellipsoid.a);
-    int tex_row = window_texel(rect.row0, d->shape.rows),
-        tex_col = window_texel(rect.col0, d->shape.cols),
-        cells = clip_bounds_cells(tex_col, (int)cols);
     glUseProgram(d->program);
     glBindTextureUnit(0, texture);
     glBindImageTexture(0, texture, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R32F);
     bind(0, d->rows, d->row_stride * (size_t)w->level, d->row_stride);
     bind(1, d->columns, d->column_stride * (size_t)w->level, d->column_stride);
-    glUniform4i(0, tex_row, tex_col, (int)rows, (int)cols);
+    glUniform4i(0, window_texel(rect.row0, d->shape.rows), window_texel(rect.col0, d->shape.cols),
+                rows, cols);
     int odd_row = (int)wrap(rect.row0, 2), odd_col = (int)wrap(rect.col0, 2);
     glUniform4i(1, window_texel(needs.row0 - odd_row, d->shape.rows),
                 window_texel(needs.col0 - odd_col, d->shape.cols), odd_row, odd_col);
@@ -266,16 +261,28 @@ size_t deepen_run(struct deepen *d, GLuint texture, const clipmap_strip *strip)
     glUniform2d(4, lattice.shift[0], lattice.shift[1]);
     glDispatchCompute((GLuint)(cols + 31) / 32, (GLuint)(rows + 3) / 4, 1);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    return bytes + 64; // the uniforms
+}
+
+size_t deepen_run(struct deepen *d, GLuint texture, const clipmap_strip *strip)
+{
+    const window *w = &strip->window;
+    window_rect rect = strip->rect;
+    if (d->busy == SLOTS) return 0;
+    struct slot *slot = &d->slots[(d->first + d->busy++) % SLOTS];
+    size_t bytes = deepen_make(d, texture, w, rect);
+    int rows = (int)(rect.row1 - rect.row0), cols = (int)(rect.col1 - rect.col0);
+    int tex_col = window_texel(rect.col0, d->shape.cols), cells = clip_bounds_cells(tex_col, cols);
     glUseProgram(d->range_program);
-    bind(0, d->ranges, slot->range, rows * (size_t)cells * sizeof(clip_range));
-    glUniform4i(0, tex_row, tex_col, (int)rows, (int)cols);
+    bind(0, d->ranges, slot->range, (size_t)rows * (size_t)cells * sizeof(clip_range));
+    glUniform4i(0, window_texel(rect.row0, d->shape.rows), tex_col, rows, cols);
     glUniform1i(1, w->level);
     glDispatchCompute((GLuint)cells, (GLuint)(rows + 15) / 16, 1);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
                     GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);
     slot->strip = *strip;
     slot->fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-    return bytes + 64; // the uniforms
+    return bytes;
 }
 
 bool deepen_has_room(const struct deepen *d)

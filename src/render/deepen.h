@@ -12,9 +12,10 @@
 
 struct deepen;
 
-// The pyramid is borrowed. levels: of the array of heights; max_rows: of a strip.
+// The pyramid is borrowed. levels: of the heights; max_rows: of a strip; defines: text put before
+// the shader, or NULL.
 status deepen_create(struct pyramid *pyramid, const window_shape *shape, int levels, int max_rows,
-                     struct deepen **out);
+                     const char *defines, struct deepen **out);
 void deepen_destroy(struct deepen **deepen);
 size_t deepen_gpu_bytes(const struct deepen *deepen);
 
@@ -30,6 +31,8 @@ bool deepen_can(const struct deepen *deepen, const window *w, window_rect rect,
 //   error   against the pyramid's tiles: bench/RESULTS-synthesis.md
 size_t deepen_run(struct deepen *deepen, GLuint texture, const clipmap_strip *strip);
 bool deepen_has_room(const struct deepen *deepen);
+// The same without ranges, which needs no room and no release; the columns may wrap.
+size_t deepen_make(struct deepen *deepen, GLuint texture, const window *w, window_rect rect);
 bool deepen_busy(const struct deepen *deepen);
 
 // The strip begun first of those not released, with its ranges, which stand until deepen_release;

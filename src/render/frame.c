@@ -118,7 +118,22 @@ static void full_screen(frame *f, GLuint program)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void frame_shade(frame *f, const struct windows *w)
+// While levels take turns with their layers, what needs a level is shaded when it is there.
+static void shade_planet(frame *f, struct windows *w)
+{
+    int from = 0, last = windows_last_height(w);
+    int to = windows_fleeting(w) && windows_kept(w) <= last ? windows_kept(w) - 1 : last;
+    windows_begin_sweep(w);
+    for (;;) {
+        if (windows_fleeting(w)) glProgramUniform2i(f->shade_program, 0, from, to);
+        full_screen(f, f->shade_program);
+        if (to == last) return;
+        from = to + 1;
+        to = windows_make(w, from, true) ? from : last;
+    }
+}
+
+void frame_shade(frame *f, struct windows *w)
 {
     bind_blocks(f);
     glBindFramebuffer(GL_FRAMEBUFFER, f->light.framebuffer);
@@ -137,7 +152,7 @@ void frame_shade(frame *f, const struct windows *w)
     // equals the sky's.
     glDepthMask(GL_FALSE);
     glDepthFunc(GL_NOTEQUAL);
-    full_screen(f, f->shade_program);
+    shade_planet(f, w);
     glDepthFunc(GL_EQUAL);
     full_screen(f, f->sky_program);
     glDepthMask(GL_TRUE);

@@ -38,7 +38,9 @@ void frame_set_blocks(frame *f, const struct view_block *view, const struct leve
 
 // Binds blocks, windows and the cleared G-buffer for a support geometry to draw into.
 void frame_begin_geometry(frame *f, const struct windows *w);
-void frame_shade(frame *f, const struct windows *w);
+// Every pixel once; fleeting levels are made again, coarse to fine, and each is shaded with while
+// it is there.
+void frame_shade(frame *f, struct windows *w);
 // Draws the light into `framebuffer` over (0, 0, width, height).
 void frame_resolve(frame *f, GLuint framebuffer, bool antialias);
 

@@ -24,13 +24,14 @@
 
 typedef struct geometry_params {
     const perigee_view_params *view; // complete; borrowed until `create` returns, as are the others
-    const char *defines;             // text put before every shader
+    const struct windows *windows;
+    const char *defines; // text put before every shader
 } geometry_params;
 
 // Of one frame; borrowed for a call.
 typedef struct geometry_frame {
     const projection *projection;
-    const struct windows *windows; // of the frame before while levels are chosen
+    struct windows *windows; // of the frame before while levels are chosen
     gaze gaze;
     cell_view view;  // frustum, with room for the jitter, and horizon
     int finest;      // level up to which windows are loaded: the same in every mode

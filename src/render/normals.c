@@ -17,15 +17,15 @@ struct normals {
     size_t bytes;
 };
 
-status normals_create(const geo_ellipsoid *ellipsoid, const window_shape *shape, int levels,
-                      struct normals **out)
+status normals_create(const normals_params *p, struct normals **out)
 {
     struct normals *n = NEW(struct normals);
-    *n = (struct normals){.ellipsoid = *ellipsoid, .shape = *shape};
-    n->texture = texture_array(GL_RG16_SNORM, shape, levels, GL_NEAREST);
-    n->convexity = texture_array(GL_R8_SNORM, shape, levels, GL_LINEAR);
-    n->bytes = texture_array_bytes(shape, levels, 4 + 1);
-    status s = gpu_program_create_compute("normals/normals.comp", NULL, &n->program);
+    *n = (struct normals){.ellipsoid = p->ellipsoid, .shape = p->shape};
+    n->texture = texture_array(GL_RG16_SNORM, &p->shape, p->layers, GL_NEAREST);
+    n->convexity = texture_array(GL_R8_SNORM, &p->shape, p->convexity_layers, GL_LINEAR);
+    n->bytes = texture_array_bytes(&p->shape, p->layers, 4) +
+               texture_array_bytes(&p->shape, p->convexity_layers, 1);
+    status s = gpu_program_create_compute("normals/normals.comp", p->defines, &n->program);
     if (s) normals_destroy(&n);
     *out = n;
     return s;

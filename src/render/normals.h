@@ -11,9 +11,15 @@
 
 struct normals;
 
-// ERR_GPU when a program fails; the owner of the textures asks GL whether they were granted.
-status normals_create(const geo_ellipsoid *ellipsoid, const window_shape *shape, int levels,
-                      struct normals **out);
+typedef struct normals_params {
+    geo_ellipsoid ellipsoid;
+    window_shape shape;
+    int layers, convexity_layers;
+    const char *defines; // text put before the shader
+} normals_params;
+
+// ERR_GPU when the program fails; the caller asks GL whether the textures were granted.
+status normals_create(const normals_params *params, struct normals **out);
 void normals_destroy(struct normals **normals);
 GLuint normals_texture(const struct normals *n);
 GLuint normals_convexity(const struct normals *n);

@@ -47,6 +47,10 @@ static status complete(perigee_view_params *p)
         log_error("impossible form of the planar mode: %d", (int)p->planar_form);
         return ERR_ARGUMENT;
     }
+    if (p->planar_memory_free && p->planar_form == PERIGEE_PLANAR_2004) {
+        log_error("synthesis without memory: only the planar form of 2005 draws level by level");
+        return ERR_ARGUMENT;
+    }
     if (!p->planar_triangles || p->planar_form == PERIGEE_PLANAR_2004) return OK;
     log_error("a bound of %u triangles: only the planar form of 2004 can keep one",
               (unsigned)p->planar_triangles);
@@ -125,13 +129,15 @@ static status create(const geometry_params *params, struct geometry **out)
     p->form = v->planar_form;
     p->n = v->planar_n;
     p->levels = v->levels;
+    p->kept = planar_elevation_kept(params->windows, p->levels);
     p->most_triangles = v->planar_triangles;
     p->cull = !v->no_cull;
     p->stale = true;
-    char defines[512];
-    snprintf(defines, sizeof defines, "%s%s", params->defines,
+    char defines[512], kept[40] = "";
+    if (p->kept < p->levels) snprintf(kept, sizeof kept, "#define KEPT_ELEVATIONS %d\n", p->kept);
+    snprintf(defines, sizeof defines, "%s%s%s", params->defines, kept,
              v->planar_packed ? "#define PACKED_HEIGHTS 1\n" : "");
-    planar_elevation_params e = {p->n, p->levels, v->planar_packed, defines};
+    planar_elevation_params e = {p->n, p->levels, p->kept, v->planar_packed, defines};
     status s = make_tables(p);
     if (!s)
         s = p->form == PERIGEE_PLANAR_2004 ? planar_rectangles_create(p, &p->rectangles)
@@ -197,6 +203,13 @@ static void choose_whole_levels(struct planar *p, const geometry_frame *f)
         p->active[i] = all;
         p->last = i;
     }
+}
+
+// What is not kept is drawn level by level.
+static void choose_together(struct planar *p)
+{
+    p->together = p->kept - 1 < p->last ? p->kept - 1 : p->last;
+    if (p->together < p->first) p->together = p->first;
 }
 
 // The whole circle of the map closes.
@@ -309,6 +322,22 @@ static void tell_of_pole(struct planar *p, bool pole)
     p->told |= pole;
 }
 
+static void draw_levels(struct planar *p, const geometry_frame *f, int first, int last,
+                        geometry_counts *counts)
+{
+    counts->vertices_placed +=
+        planar_elevation_update(p->elevation, f->windows, p->square, p->first, first, last);
+    glUseProgram(p->program);
+    glUniform1ui(0, (GLuint)table_stride(p));
+    glUniform1ui(1, (GLuint)((p->n + 2) * (p->n + 2) + (1 << 17)));
+    glBindTextureUnit(7, planar_elevation_texture(p->elevation));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, p->rows);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, p->columns);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, p->squares);
+    if (p->rectangles) planar_rectangles_draw(p->rectangles, p, counts);
+    else planar_footprints_draw(p->footprints, last - p->together, counts);
+}
+
 static void draw(struct geometry *geometry, const geometry_frame *f, geometry_counts *counts)
 {
     struct planar *p = planar_of(geometry);
@@ -319,26 +348,20 @@ static void draw(struct geometry *geometry, const geometry_frame *f, geometry_co
     } else {
         choose_whole_levels(p, f);
         close_circle(p);
+        choose_together(p);
         planar_footprints_select(p->footprints, p, f);
     }
     if (p->stale || p->first != first || p->last != last) fill_tables(p, &f->projection->focus);
     p->stale = false;
     fill_squares(p, f);
-    counts->vertices_placed +=
-        planar_elevation_update(p->elevation, f->windows, p->square, p->first, p->last);
     counts->triangles_total = all_triangles(p);
     counts->map_edge = nest_holds_pole(&f->projection->focus, seen_angle(f));
     tell_of_pole(p, counts->map_edge);
 
-    glUseProgram(p->program);
-    glUniform1ui(0, (GLuint)table_stride(p));
-    glUniform1ui(1, (GLuint)((p->n + 2) * (p->n + 2) + (1 << 17)));
-    glBindTextureUnit(7, planar_elevation_texture(p->elevation));
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, p->rows);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, p->columns);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, p->squares);
-    if (p->rectangles) planar_rectangles_draw(p->rectangles, p, counts);
-    else planar_footprints_draw(p->footprints, counts);
+    int last_together = p->rectangles ? p->last : p->together;
+    windows_begin_sweep(f->windows);
+    draw_levels(p, f, p->first, last_together, counts);
+    for (int i = last_together + 1; i <= p->last; i++) draw_levels(p, f, i, i, counts);
 }
 
 static void identify(const struct geometry *geometry, uint32_t number, int *level, int *sector)

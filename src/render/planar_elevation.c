@@ -11,6 +11,7 @@
 #include "base/memory.h"
 #include "base/vec.h"
 #include "gpu/program.h"
+#include "render/fleeting.h"
 
 enum { WINDOWS = 24, MARGIN = 5 }; // samples at a window's border that are weighed less
 
@@ -22,7 +23,7 @@ struct key {
 };
 
 struct planar_elevation {
-    int n, levels;
+    int n, kept;
     GLuint texture, program;
     GLenum format;
     size_t bytes;
@@ -32,16 +33,17 @@ struct planar_elevation {
 status planar_elevation_create(const planar_elevation_params *p, struct planar_elevation **out)
 {
     struct planar_elevation *e = NEW(struct planar_elevation);
-    *e = (struct planar_elevation){.n = p->n, .levels = p->levels};
+    *e = (struct planar_elevation){.n = p->n, .kept = p->kept};
     for (int i = 0; i < CLIPMAP_MAX_LEVELS; i++) e->keys[i].sampled = -1;
     while (glGetError() != GL_NO_ERROR) {
     }
+    int layers = p->kept < p->levels ? p->kept + FLEETING_LAYERS : p->levels;
     e->format = p->packed ? GL_R32F : GL_RG32F;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &e->texture);
-    glTextureStorage3D(e->texture, 1, e->format, p->n + 1, p->n + 1, p->levels);
+    glTextureStorage3D(e->texture, 1, e->format, p->n + 1, p->n + 1, layers);
     glTextureParameteri(e->texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
     glTextureParameteri(e->texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    e->bytes = (size_t)(p->n + 1) * (size_t)(p->n + 1) * (size_t)p->levels * (p->packed ? 4 : 8);
+    e->bytes = (size_t)(p->n + 1) * (size_t)(p->n + 1) * (size_t)layers * (p->packed ? 4 : 8);
     status s = OK;
     if (glGetError() != GL_NO_ERROR) {
         log_error("the GPU refused %zu MiB of elevation maps", e->bytes >> 20);
@@ -77,6 +79,12 @@ static int sampled_level(const struct windows *w, int level)
 {
     int own = level + (int)fmin(windows_lead(w), 0), last = windows_last_height(w);
     return own < 0 ? 0 : own > last ? last : own;
+}
+
+int planar_elevation_kept(const struct windows *w, int levels)
+{
+    int kept = windows_kept(w) - (int)fmin(windows_lead(w), 0);
+    return windows_fleeting(w) && kept < levels ? kept : levels;
 }
 
 // Where the square's vertices lie in a window: the row of the first and the rows from one to the
@@ -142,10 +150,11 @@ static void compute(const struct windows *w, const nest_square *s, const nest_sq
     glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
-uint64_t planar_elevation_update(struct planar_elevation *e, const struct windows *w,
-                                 const nest_square *squares, int first, int last)
+uint64_t planar_elevation_update(struct planar_elevation *e, struct windows *w,
+                                 const nest_square *squares, int coarsest, int first, int last)
 {
     uint64_t vertices = 0;
+    if (first >= e->kept) windows_make(w, sampled_level(w, first), false);
     glUseProgram(e->program);
     glBindImageTexture(0, e->texture, 0, GL_TRUE, 0, GL_READ_WRITE, e->format);
     for (int i = first; i <= last; i++) {
@@ -154,12 +163,13 @@ uint64_t planar_elevation_update(struct planar_elevation *e, const struct window
                           .column = s->column,
                           .heights = windows_heights_version(w, i),
                           .sampled = sampled_level(w, i),
-                          .coarser = i > first};
+                          .coarser = i > coarsest};
         const struct key *held = &e->keys[i];
-        if (held->row == key.row && held->column == key.column && held->heights == key.heights &&
-            held->sampled == key.sampled && held->coarser == key.coarser)
+        if (i < e->kept && held->row == key.row && held->column == key.column &&
+            held->heights == key.heights && held->sampled == key.sampled &&
+            held->coarser == key.coarser)
             continue;
-        compute(w, s, i > first ? &squares[i - 1] : NULL, key.sampled);
+        compute(w, s, i > coarsest ? &squares[i - 1] : NULL, key.sampled);
         e->keys[i] = key;
         vertices += (uint64_t)e->n * (uint64_t)e->n;
     }

@@ -14,6 +14,7 @@ struct planar_elevation;
 
 typedef struct planar_elevation_params {
     int n, levels;
+    int kept;    // levels with a map of their own; the rest take turns with two
     bool packed; // whole metres, and the coarser height's difference in the fraction (2005, 2.4.1)
     const char *defines;
 } planar_elevation_params;
@@ -30,9 +31,14 @@ size_t planar_elevation_bytes(const struct planar_elevation *e);
 planar_region planar_elevation_clip(const struct windows *w, const struct levels_block *block,
                                     const nest_square *square);
 
+// The number of levels that are sampled from kept windows, of those there are.
+int planar_elevation_kept(const struct windows *w, int levels);
+
 // Brings the maps of levels first .. last up to date, coarse to fine (the uniform blocks and the
-// height windows are bound). Returns the number of vertices computed.
-uint64_t planar_elevation_update(struct planar_elevation *e, const struct windows *w,
-                                 const nest_square *squares, int first, int last);
+// height windows are bound). coarsest: of the frame, which has no coarser one. A level that is not
+// kept is computed anew, from its window made anew, and stays until the one after the next; they
+// must come one by one in one sweep of the windows. Returns the number of vertices computed.
+uint64_t planar_elevation_update(struct planar_elevation *e, struct windows *w,
+                                 const nest_square *squares, int coarsest, int first, int last);
 
 #endif

@@ -12,7 +12,7 @@ struct instance {
     uint32_t row, column, level, number;
 };
 
-// Instances of one footprint, in the order in which they are drawn.
+// Instances of one footprint in a group, in the order in which they are drawn.
 struct batch {
     int first, count;
 };
@@ -24,7 +24,7 @@ struct planar_footprints {
     planar_footprint piece[PLANAR_PIECES];
     GLuint vertex_array, vertices, indices, instances;
     struct instance instance[MAX_INSTANCES];
-    struct batch batch[PLANAR_PIECES];
+    struct batch batch[CLIPMAP_MAX_LEVELS][PLANAR_PIECES]; // by group
     int count;
 };
 
@@ -67,30 +67,32 @@ void planar_footprints_destroy(struct planar_footprints **footprints)
     *footprints = NULL;
 }
 
-static void add_instance(struct planar_footprints *o, int level, const int offset[2])
+// In an instance's level, above PLANAR_IS_BORDER: the footprint.
+enum { PIECE_SHIFT = 16 };
+
+static void add_instance(struct planar_footprints *o, int level, int piece, const int offset[2])
 {
+    int border = piece == PLANAR_BORDER ? PLANAR_IS_BORDER : 0;
     struct instance *i = &o->instance[o->count];
-    *i = (struct instance){(uint32_t)offset[0], (uint32_t)offset[1], (uint32_t)level,
-                           (uint32_t)o->count};
+    *i = (struct instance){(uint32_t)offset[0], (uint32_t)offset[1],
+                           (uint32_t)(level | border | piece << PIECE_SHIFT), (uint32_t)o->count};
     o->count++;
 }
 
 // Near to far, so that what is hidden is not shaded.
 static void select_blocks(struct planar_footprints *o, const struct planar *p,
-                          const geometry_frame *f)
+                          const geometry_frame *f, int first, int last)
 {
     int side = (p->n + 1) / 4 - 1;
-    o->batch[PLANAR_BLOCK].first = o->count;
-    for (int level = p->last; level >= p->first; level--) {
+    for (int level = last; level >= first; level--) {
         int blocks = level == p->last ? PLANAR_BLOCKS : PLANAR_RING_BLOCKS;
         for (int k = blocks - 1; k >= 0; k--) {
             int offset[2];
             planar_block_offset(p->n, k, offset);
             planar_region block = {offset[0], offset[0] + side, offset[1], offset[1] + side};
-            if (planar_visible(p, f, level, block)) add_instance(o, level, offset);
+            if (planar_visible(p, f, level, block)) add_instance(o, level, PLANAR_BLOCK, offset);
         }
     }
-    o->batch[PLANAR_BLOCK].count = o->count - o->batch[PLANAR_BLOCK].first;
 }
 
 static enum planar_piece trim_of(const struct planar *p, int level)
@@ -120,19 +122,21 @@ static bool has_piece(const struct planar *p, int piece, int level)
     }
 }
 
-static void select_pieces(struct planar_footprints *o, const struct planar *p,
-                          const geometry_frame *f)
+static void select_group(struct planar_footprints *o, const struct planar *p,
+                         const geometry_frame *f, int group)
 {
     const int whole[2] = {0, 0};
     bool seen[CLIPMAP_MAX_LEVELS];
-    for (int level = p->first; level <= p->last; level++)
+    int first = group ? p->together + group : p->first, last = p->together + group;
+    struct batch *batch = o->batch[group];
+    for (int level = first; level <= last; level++)
         seen[level] = planar_visible(p, f, level, p->active[level]);
-    for (int piece = PLANAR_FIXUP; piece < PLANAR_PIECES; piece++) {
-        o->batch[piece].first = o->count;
-        for (int level = p->last; level >= p->first; level--)
-            if (seen[level] && has_piece(p, piece, level))
-                add_instance(o, level | (piece == PLANAR_BORDER ? PLANAR_IS_BORDER : 0), whole);
-        o->batch[piece].count = o->count - o->batch[piece].first;
+    for (int piece = 0; piece < PLANAR_PIECES; piece++) {
+        batch[piece].first = o->count;
+        if (piece == PLANAR_BLOCK) select_blocks(o, p, f, first, last);
+        for (int level = last; level >= first && piece != PLANAR_BLOCK; level--)
+            if (seen[level] && has_piece(p, piece, level)) add_instance(o, level, piece, whole);
+        batch[piece].count = o->count - batch[piece].first;
     }
 }
 
@@ -140,35 +144,36 @@ void planar_footprints_select(struct planar_footprints *o, const struct planar *
                               const geometry_frame *f)
 {
     o->count = 0;
-    select_blocks(o, p, f);
-    select_pieces(o, p, f);
-}
-
-static void draw_batch(const struct planar_footprints *o, enum planar_piece i)
-{
-    const planar_footprint *piece = &o->piece[i];
-    if (o->batch[i].count)
-        glDrawElementsInstancedBaseVertexBaseInstance(
-            GL_TRIANGLES, (GLsizei)piece->indices, GL_UNSIGNED_SHORT,
-            (const void *)(uintptr_t)(piece->first_index * sizeof(uint16_t)), o->batch[i].count,
-            (GLint)piece->first_vertex, (GLuint)o->batch[i].first);
-}
-
-void planar_footprints_draw(const struct planar_footprints *o, geometry_counts *counts)
-{
-    for (int i = 0; i < PLANAR_PIECES; i++) {
-        counts->triangles_drawn += (uint64_t)o->batch[i].count * o->piece[i].indices / 3;
-        counts->draws += o->batch[i].count > 0;
-    }
+    for (int group = 0; group <= p->last - p->together; group++) select_group(o, p, f, group);
     glNamedBufferSubData(o->instances, 0, (GLsizeiptr)((size_t)o->count * sizeof *o->instance),
                          o->instance);
+}
+
+static void draw_batch(const struct planar_footprints *o, int group, enum planar_piece i)
+{
+    const planar_footprint *piece = &o->piece[i];
+    const struct batch *batch = &o->batch[group][i];
+    if (batch->count)
+        glDrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, (GLsizei)piece->indices, GL_UNSIGNED_SHORT,
+            (const void *)(uintptr_t)(piece->first_index * sizeof(uint16_t)), batch->count,
+            (GLint)piece->first_vertex, (GLuint)batch->first);
+}
+
+void planar_footprints_draw(const struct planar_footprints *o, int group, geometry_counts *counts)
+{
+    for (int i = 0; i < PLANAR_PIECES; i++) {
+        int count = o->batch[group][i].count;
+        counts->triangles_drawn += (uint64_t)count * o->piece[i].indices / 3;
+        counts->draws += count > 0;
+    }
     glBindVertexArray(o->vertex_array);
     for (int i = 0; i < PLANAR_PIECES; i++)
-        if (i != PLANAR_BORDER) draw_batch(o, (enum planar_piece)i);
+        if (i != PLANAR_BORDER) draw_batch(o, group, (enum planar_piece)i);
     // Drivers may tell the facing of a triangle by its corners and cover pixels by the corners
     // rounded: a sliver would be culled either way round.
     glDisable(GL_CULL_FACE);
-    draw_batch(o, PLANAR_BORDER);
+    draw_batch(o, group, PLANAR_BORDER);
     glEnable(GL_CULL_FACE);
 }
 
@@ -176,15 +181,13 @@ void planar_footprints_draw(const struct planar_footprints *o, geometry_counts *
 void planar_footprints_identify(const struct planar_footprints *o, uint32_t number, int *level,
                                 int *sector)
 {
-    *level = (int)o->instance[number].level & (PLANAR_IS_BORDER - 1);
-    *sector = PLANAR_BLOCKS;
-    for (int i = 0; i < PLANAR_PIECES; i++)
-        if (o->batch[i].count && (int)number >= o->batch[i].first) *sector = PLANAR_BLOCKS - 1 + i;
+    const struct instance *i = &o->instance[number];
+    int piece = (int)(i->level >> PIECE_SHIFT);
+    *level = (int)(i->level & (PLANAR_IS_BORDER - 1));
+    *sector = PLANAR_BLOCKS - 1 + piece;
     int offset[2];
-    for (int k = 0; (int)number < o->batch[PLANAR_BLOCK].count && k < PLANAR_BLOCKS; k++) {
+    for (int k = 0; piece == PLANAR_BLOCK && k < PLANAR_BLOCKS; k++) {
         planar_block_offset(o->n, k, offset);
-        if (o->instance[number].row == (uint32_t)offset[0] &&
-            o->instance[number].column == (uint32_t)offset[1])
-            *sector = k;
+        if (i->row == (uint32_t)offset[0] && i->column == (uint32_t)offset[1]) *sector = k;
     }
 }

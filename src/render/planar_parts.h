@@ -14,7 +14,7 @@ struct planar_rectangles; // Losasso & Hoppe 2004: rectangles cropped to the fru
 struct planar {
     struct geometry base;
     enum perigee_planar_form form;
-    int n, levels;
+    int n, levels, kept;     // kept: levels with an elevation map of their own
     uint64_t most_triangles; // 0: no bound
     bool cull;
     bool stale, told; // tables are to be made again; the pole was spoken of
@@ -28,6 +28,7 @@ struct planar {
 
     // Of the frame.
     int first, last; // levels drawn
+    int together;    // the finest of those that are drawn at once; finer ones come one by one
     nest_square square[CLIPMAP_MAX_LEVELS];
     planar_region clip[CLIPMAP_MAX_LEVELS], active[CLIPMAP_MAX_LEVELS];
 };
@@ -46,7 +47,8 @@ status planar_footprints_create(struct planar *p, struct planar_footprints **out
 void planar_footprints_destroy(struct planar_footprints **footprints);
 void planar_footprints_select(struct planar_footprints *o, const struct planar *p,
                               const geometry_frame *f);
-void planar_footprints_draw(const struct planar_footprints *o, geometry_counts *counts);
+// The levels up to p->together, and each finer one: group 0, 1 and so on.
+void planar_footprints_draw(const struct planar_footprints *o, int group, geometry_counts *counts);
 void planar_footprints_identify(const struct planar_footprints *o, uint32_t number, int *level,
                                 int *sector);
 

@@ -28,25 +28,28 @@ static double clock_s(void)
 
 static status create_parts(perigee_view *v)
 {
-    char defines[192];
-    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s%s%s", (int)v->params.transform,
-             v->params.hardware_filter ? "#define HARDWARE_FILTER 1\n" : "",
-             v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "",
-             v->params.seam_uncorrected ? "#define SEAM_UNCORRECTED 1\n" : "",
-             v->params.identify ? "#define IDENTIFY 1\n" : "");
+    char defines[224];
     v->pool = pool_create(v->params.threads, 256);
     windows_params w = {.pyramid = v->planet->pyramid,
                         .pool = v->pool,
                         .levels = v->params.levels,
                         .texels = v->params.texels,
                         .derive = v->params.gpu_synthesis,
+                        .fleeting = v->params.planar_memory_free,
                         .upload_bytes_frame = v->params.upload_bytes_frame,
                         .update_samples_frame = v->params.update_samples_frame};
-    geometry_params g = {.view = &v->params, .defines = defines};
     status s = windows_create(&w, &v->windows);
-    if (!s) windows_fill_coarsest(v->windows, 5);
+    if (s) return s;
+    windows_fill_coarsest(v->windows, 5);
+    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s%s%s%s", (int)v->params.transform,
+             windows_defines(v->windows),
+             v->params.hardware_filter ? "#define HARDWARE_FILTER 1\n" : "",
+             v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "",
+             v->params.seam_uncorrected ? "#define SEAM_UNCORRECTED 1\n" : "",
+             v->params.identify ? "#define IDENTIFY 1\n" : "");
+    geometry_params g = {.view = &v->params, .windows = v->windows, .defines = defines};
     v->scout = scout_create(v->planet->pyramid, v->pool);
-    if (!s) s = geometry_create(v->params.mode, &g, &v->geometry);
+    s = geometry_create(v->params.mode, &g, &v->geometry);
     if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex, v->params.identify);
     return s;
 }

@@ -11,28 +11,21 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/vec.h"
-#include "render/deepen.h"
+#include "render/fleeting.h"
 #include "render/normals.h"
+#include "render/shown.h"
 #include "render/texture_array.h"
 
 enum { MAX_COLOR_LEVELS = 18, COLOR_LEVELS_BEYOND = 2, MAX_PENDING = 64 };
 
-// A level filled from nothing fades in over this time; what joins a level already shown grows in at
-// up to GROWTH windows a second, so that catching up is a moving ramp and not a jump.
-static const double FADE_S = 0.35, GROWTH = 12;
+// A level filled from nothing fades in over this time; fleeting ones do one after the other.
+static const double FADE_S = 0.35, FLEETING_FADE_S = 0.08;
 
 // A ring is sampled by a window before it fills that: at this lead it takes 152 of the 168 rows on
 // each side of the focus (of 256 across a ring), and the levels' transition ends at 133. What is
 // left has room for the ramp at the border, the snapping, and data that lag behind. Without it
 // 2.4 pixels of error for 99.9 % in the Alps became 2.0 with more triangles only.
 static const double LEAD = 0.25;
-
-// What of a level is sampled: inside `valid`, growing towards it.
-struct shown {
-    double row0, row1, col0, col1;
-    int zoom, share;
-    float fade;
-};
 
 struct pending {
     window_rect rects[MAX_PENDING];
@@ -42,7 +35,8 @@ struct pending {
 struct layer {
     struct clipmap *clipmap;
     window_shape shape;
-    int levels;
+    int levels, kept; // kept: by the clipmap, the rest is fleeting
+    struct fleeting *fleeting;
     GLuint texture;
     GLenum format, type;
     struct shown shown[CLIPMAP_MAX_LEVELS];
@@ -51,15 +45,18 @@ struct layer {
 
 struct windows {
     struct deepen *deepen; // NULL: no level is made from the one before
+    struct fleeting fleeting;
     struct layer height, color;
     struct normals *normals;
     struct pending pending[CLIPMAP_MAX_LEVELS];
     struct gpu_upload *upload;
     geo_ellipsoid ellipsoid;
-    double lat, lon;
-    size_t gpu_bytes, derived_bytes; // the latter: sent for deepen, ever
-    int last_height;                 // finest level wanted
-    double lead;                     // by how many levels the heights are finer than the rings
+    double ring_bound, lat, lon;
+    size_t gpu_bytes, derived_bytes,
+        told_bytes;   // sent for deepen, ever; sent in all, ever, as told
+    int last_height;  // finest level wanted
+    double lead;      // by how many levels the heights are finer than the rings
+    char defines[40]; // before the shaders that use the arrays
     bool heights_changed, changed;
 };
 
@@ -71,8 +68,8 @@ static bool derives(void *user, const window *w, const window *coarser)
 static status create_deepen(struct windows *w, const windows_params *p)
 {
     if (!p->derive || !pyramid_synthesises(p->pyramid)) return OK;
-    status s =
-        deepen_create(p->pyramid, &w->height.shape, w->height.levels, CLIPMAP_MAX_ROWS, &w->deepen);
+    status s = deepen_create(p->pyramid, &w->height.shape, w->height.levels, CLIPMAP_MAX_ROWS,
+                             w->defines, &w->deepen);
     if (s) return s;
     w->gpu_bytes += deepen_gpu_bytes(w->deepen);
     clipmap_set_derives(w->height.clipmap, derives, w->deepen);
@@ -92,12 +89,20 @@ static status create_layers(struct windows *w, const windows_params *p)
     const struct planet_meta *meta = pyramid_meta(p->pyramid);
     clipmap_params c = {.layer = LAYER_HEIGHT,
                         .shape = window_height_shape(p->texels > 256 ? p->texels : 256),
-                        .levels = p->levels - finer_levels(p->texels),
                         .samples_frame = p->update_samples_frame,
-                        .ring_bound =
-                            fmax(w->ellipsoid.a / w->ellipsoid.b, w->ellipsoid.b / w->ellipsoid.a)};
-    w->height =
-        (struct layer){.shape = c.shape, .levels = c.levels, .format = GL_RED, .type = GL_FLOAT};
+                        .ring_bound = w->ring_bound};
+    int levels = p->levels - finer_levels(p->texels);
+    bool all = !p->fleeting || !pyramid_synthesises(p->pyramid);
+    c.levels = all ? levels : fleeting_kept(p->pyramid, &c.shape, levels);
+    fleeting_init(&w->fleeting, p->pyramid, &c.shape, c.levels, levels);
+    if (c.levels < levels)
+        snprintf(w->defines, sizeof w->defines, "#define KEPT_LEVELS %d\n", c.levels);
+    w->height = (struct layer){.shape = c.shape,
+                               .levels = levels,
+                               .kept = c.levels,
+                               .fleeting = &w->fleeting,
+                               .format = GL_RED,
+                               .type = GL_FLOAT};
     status s = clipmap_create(p->pyramid, p->pool, &c, &w->height.clipmap);
     if (s) return s;
 
@@ -112,8 +117,11 @@ static status create_layers(struct windows *w, const windows_params *p)
     c.shape = WINDOW_COLOR;
     c.levels = wanted < p->levels ? wanted : p->levels;
     if (c.levels > MAX_COLOR_LEVELS) c.levels = MAX_COLOR_LEVELS;
-    w->color = (struct layer){
-        .shape = c.shape, .levels = c.levels, .format = GL_RGBA, .type = GL_UNSIGNED_BYTE};
+    w->color = (struct layer){.shape = c.shape,
+                              .levels = c.levels,
+                              .kept = c.levels,
+                              .format = GL_RGBA,
+                              .type = GL_UNSIGNED_BYTE};
     return clipmap_create(p->pyramid, p->pool, &c, &w->color.clipmap);
 }
 
@@ -121,12 +129,16 @@ static status create_textures(struct windows *w)
 {
     while (glGetError() != GL_NO_ERROR) {
     }
-    w->height.texture = texture_array(GL_R32F, &w->height.shape, w->height.levels, GL_LINEAR);
-    status s = normals_create(&w->ellipsoid, &w->height.shape, w->height.levels, &w->normals);
+    bool fleeting = w->height.kept < w->height.levels;
+    int layers = w->height.kept + (fleeting ? FLEETING_LAYERS : 0),
+        convexity_layers = w->height.kept + (fleeting ? FLEETING_CONVEXITY_LAYERS : 0);
+    w->height.texture = texture_array(GL_R32F, &w->height.shape, layers, GL_LINEAR);
+    normals_params n = {w->ellipsoid, w->height.shape, layers, convexity_layers, w->defines};
+    status s = normals_create(&n, &w->normals);
     if (s) return s;
     // Colour takes its memory whatever the planet's data, so that memory does not depend on them.
     w->color.texture = texture_array(GL_SRGB8_ALPHA8, &w->color.shape, MAX_COLOR_LEVELS, GL_LINEAR);
-    w->gpu_bytes = texture_array_bytes(&w->height.shape, w->height.levels, 4) +
+    w->gpu_bytes = texture_array_bytes(&w->height.shape, layers, 4) +
                    normals_gpu_bytes(w->normals) +
                    texture_array_bytes(&w->color.shape, MAX_COLOR_LEVELS, 4);
     if (glGetError() == GL_NO_ERROR) return OK;
@@ -138,6 +150,7 @@ status windows_create(const windows_params *params, struct windows **out)
 {
     struct windows *w = NEW(struct windows);
     w->ellipsoid = pyramid_meta(params->pyramid)->ellipsoid;
+    w->ring_bound = fmax(w->ellipsoid.a / w->ellipsoid.b, w->ellipsoid.b / w->ellipsoid.a);
     w->lead = params->texels < 256 ? -1 : LEAD; // the windows of 256 rows serve for 128
     status s = create_layers(w, params);
     if (!s) s = create_textures(w);
@@ -161,6 +174,11 @@ void windows_destroy(struct windows **windows)
     gpu_upload_destroy(&w->upload);
     free(w);
     *windows = NULL;
+}
+
+const char *windows_defines(const struct windows *w)
+{
+    return w->defines;
 }
 
 GLuint windows_heights(const struct windows *w)
@@ -205,7 +223,10 @@ void windows_move(struct windows *w, double lat, double lon, int last_height, in
     w->lon = lon;
     int finest = (int)fmax(last_height + fmin(w->lead, 0), 0);
     w->last_height = finest < w->height.levels ? finest : w->height.levels - 1;
-    clipmap_move(w->height.clipmap, lat, lon, w->last_height);
+    clipmap_move(w->height.clipmap, lat, lon,
+                 w->last_height < w->height.kept ? w->last_height : w->height.kept - 1);
+    if (windows_fleeting(w))
+        fleeting_move(&w->fleeting, w->deepen, &w->height.shape, lat, lon, w->ring_bound);
     clipmap_move(w->color.clipmap, lat, lon,
                  last_color < w->color.levels ? last_color : w->color.levels - 1);
 }
@@ -213,6 +234,36 @@ void windows_move(struct windows *w, double lat, double lon, int last_height, in
 int windows_last_height(const struct windows *w)
 {
     return w->last_height;
+}
+
+bool windows_fleeting(const struct windows *w)
+{
+    return w->height.kept < w->height.levels;
+}
+
+int windows_kept(const struct windows *w)
+{
+    return w->height.kept;
+}
+
+void windows_begin_sweep(struct windows *w)
+{
+    w->fleeting.made = w->height.kept - 1;
+}
+
+bool windows_make(struct windows *w, int level, bool normals)
+{
+    struct fleeting *f = &w->fleeting;
+    for (; f->made < level && !shown_empty(&w->height.shown[f->made + 1]); f->made++) {
+        const window *next = &f->window[f->made + 1];
+        w->derived_bytes += deepen_make(w->deepen, w->height.texture, next, next->rect);
+    }
+    if (f->made < level || !normals) return f->made == level;
+    const window *made = &f->window[level];
+    normals_begin(w->normals, w->height.texture);
+    normals_compute(w->normals, made, made->rect, made->rect);
+    normals_end();
+    return true;
 }
 
 static void note_pending(struct pending *p, const clipmap_strip *strip)
@@ -296,57 +347,25 @@ static void pump_colors(struct windows *w)
     }
 }
 
-static bool shown_empty(const struct shown *s)
+// Of a kept or a fleeting level.
+static clipmap_level level_state(const struct layer *l, int level)
 {
-    return s->row0 >= s->row1 || s->col0 >= s->col1;
+    if (level < l->kept) return clipmap_level_state(l->clipmap, level);
+    clipmap_level data = clipmap_level_state(l->clipmap, l->kept - 1);
+    return fleeting_state(l->fleeting, &l->shape, level, &l->shown[level - 1], &data);
 }
 
-static bool shown_whole(const struct shown *s, const clipmap_level *l)
+static double fade_of(const struct layer *l, int level)
 {
-    return window_rect_empty(l->valid)
-               ? shown_empty(s)
-               : s->zoom == l->held.zoom && s->share == l->held.share && s->fade >= 1 &&
-                     s->row0 == (double)l->valid.row0 && s->row1 == (double)l->valid.row1 &&
-                     s->col0 == (double)l->valid.col0 && s->col1 == (double)l->valid.col1;
-}
-
-// Shrinks with `valid` at once, grows towards it by at most `rows` and `cols`.
-static void follow_valid(struct shown *s, window_rect valid, double rows, double cols)
-{
-    double row0 = (double)valid.row0, row1 = (double)valid.row1, col0 = (double)valid.col0,
-           col1 = (double)valid.col1;
-    s->row0 = fmax(row0, fmin(s->row0, row1) - rows);
-    s->row1 = fmin(row1, fmax(s->row1, row0) + rows);
-    s->col0 = fmax(col0, fmin(s->col0, col1) - cols);
-    s->col1 = fmin(col1, fmax(s->col1, col0) + cols);
-}
-
-// Advances one level's shown part; dt_s < 0: to its end. True when it changed.
-static bool advance_level(const struct layer *l, struct shown *s, int level, double dt_s)
-{
-    clipmap_level state = clipmap_level_state(l->clipmap, level);
-    if (shown_whole(s, &state)) return false;
-    if (window_rect_empty(state.valid)) {
-        *s = (struct shown){0};
-        return true;
-    }
-    bool fresh = shown_empty(s) || s->zoom != state.held.zoom || s->share != state.held.share ||
-                 s->row0 >= (double)state.valid.row1 || s->row1 <= (double)state.valid.row0 ||
-                 s->col0 >= (double)state.valid.col1 || s->col1 <= (double)state.valid.col0;
-    if (fresh) s->fade = 0;
-    s->zoom = state.held.zoom;
-    s->share = state.held.share;
-    double grow = fresh || dt_s < 0 ? 1e9 : GROWTH * dt_s;
-    follow_valid(s, state.valid, grow * l->shape.rows, grow * l->shape.cols);
-    s->fade = level == 0 || dt_s < 0 ? 1 : fminf(1, s->fade + (float)(dt_s / FADE_S));
-    return true;
+    return level == 0 ? 0 : level < l->kept ? FADE_S : FLEETING_FADE_S;
 }
 
 static bool advance_shown(struct layer *l, double dt_s)
 {
     bool changed = false;
     for (int i = 0; i < l->levels; i++) {
-        bool advanced = advance_level(l, &l->shown[i], i, dt_s);
+        clipmap_level state = level_state(l, i);
+        bool advanced = shown_advance(&l->shown[i], &state, &l->shape, fade_of(l, i), dt_s);
         l->version[i] += advanced;
         changed |= advanced;
     }
@@ -355,7 +374,6 @@ static bool advance_shown(struct layer *l, double dt_s)
 
 size_t windows_pump(struct windows *w, double dt_s)
 {
-    size_t before = gpu_upload_total(w->upload) + w->derived_bytes;
     clipmap_begin_frame(w->height.clipmap, dt_s < 0);
     clipmap_begin_frame(w->color.clipmap, dt_s < 0);
     if (gpu_upload_begin(w->upload)) {
@@ -368,7 +386,9 @@ size_t windows_pump(struct windows *w, double dt_s)
     bool colors = advance_shown(&w->color, dt_s);
     w->heights_changed |= heights;
     w->changed |= heights || colors;
-    return gpu_upload_total(w->upload) + w->derived_bytes - before;
+    size_t before = w->told_bytes;
+    w->told_bytes = gpu_upload_total(w->upload) + w->derived_bytes;
+    return w->told_bytes - before;
 }
 
 void windows_fill_coarsest(struct windows *w, double timeout_s)
@@ -425,7 +445,7 @@ bool windows_complete(const struct windows *w)
 static bool all_shown(const struct layer *l)
 {
     for (int i = 0; i < l->levels; i++) {
-        clipmap_level state = clipmap_level_state(l->clipmap, i);
+        clipmap_level state = level_state(l, i);
         if (!shown_whole(&l->shown[i], &state)) return false;
     }
     return true;
@@ -450,7 +470,7 @@ static int list_missing(const struct layer *l, const char *name, char *text, siz
 {
     int count = 0;
     for (int i = 0; i < l->levels; i++) {
-        clipmap_level s = clipmap_level_state(l->clipmap, i);
+        clipmap_level s = level_state(l, i);
         if (s.complete) continue;
         count++;
         int n = *used < size ? snprintf(text + *used, size - *used, "%s level %d\n", name, i) : 0;
@@ -484,7 +504,7 @@ void windows_count(const struct windows *w, struct windows_counters *out)
 // Where a level has nothing yet, the window that it is going to hold.
 static window held_of(const struct layer *l, int level)
 {
-    clipmap_level state = clipmap_level_state(l->clipmap, level);
+    clipmap_level state = level_state(l, level);
     bool empty = window_rect_empty(state.valid) || shown_empty(&l->shown[level]);
     return empty ? state.window : state.held;
 }
@@ -492,7 +512,7 @@ static window held_of(const struct layer *l, int level)
 static void fill_level(const struct windows *w, const struct layer *l, int level, float map[4],
                        float torus[4], float valid[4])
 {
-    clipmap_level state = clipmap_level_state(l->clipmap, level);
+    clipmap_level state = level_state(l, level);
     const struct shown *s = &l->shown[level];
     bool empty = window_rect_empty(state.valid) || shown_empty(s);
     window held = held_of(l, level);
@@ -542,7 +562,7 @@ void windows_height_bounds(const struct windows *w, int level, double *low, doub
     *high = -INFINITY;
     int whole = 0;
     for (int i = inner; i >= 0 && whole < 2; i--) {
-        clipmap_level s = clipmap_level_state(w->height.clipmap, i);
+        clipmap_level s = level_state(&w->height, i);
         *low = fmin(*low, s.min);
         *high = fmax(*high, s.max);
         whole += i <= outer && s.complete && shown_whole(&w->height.shown[i], &s);

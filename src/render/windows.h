@@ -19,6 +19,7 @@ typedef struct windows_params {
     int texels; // height samples across a level's ring: 128, 256, 512 or 1024
     size_t upload_bytes_frame;
     bool derive;                 // make levels below the data on the GPU, where it can be done
+    bool fleeting;               // and do not keep those wholly below all data (fleeting.h)
     size_t update_samples_frame; // of each layer; 0: as many as a window of one level has
 } windows_params;
 
@@ -32,6 +33,8 @@ struct windows_counters {
 status windows_create(const windows_params *params, struct windows **out);
 void windows_destroy(struct windows **windows);
 
+// Text put before shaders that use the arrays (lib/layers.glsl).
+const char *windows_defines(const struct windows *w);
 GLuint windows_heights(const struct windows *w);
 GLuint windows_normals(const struct windows *w);
 GLuint windows_convexity(const struct windows *w);
@@ -48,12 +51,22 @@ void windows_move(struct windows *w, double lat, double lon, int last_height, in
 // The finest level of heights wanted.
 int windows_last_height(const struct windows *w);
 
+// Are there fleeting levels, and how many others are kept.
+bool windows_fleeting(const struct windows *w);
+int windows_kept(const struct windows *w);
+// A sweep through the fleeting levels: each is made from the one before, coarse to fine, and stays
+// until the one after the next is made. windows_make() does so up to a level, which must not be
+// coarser than one asked for before in this sweep; with its normals, which must be asked for level
+// by level. False: the level is not there, nor are finer ones; the coarser have been made.
+void windows_begin_sweep(struct windows *w);
+bool windows_make(struct windows *w, int level, bool normals);
+
 // Fills the coarsest level of every layer now, so that there is something to show from the first
 // frame on. Blocks, at most timeout_s.
 void windows_fill_coarsest(struct windows *w, double timeout_s);
 
 // Uploads finished strips within the frame's budget and computes their normals. dt_s advances the
-// fades; negative: fades end now. Returns the bytes uploaded.
+// fades; negative: fades end now. Returns the bytes uploaded since the call before.
 size_t windows_pump(struct windows *w, double dt_s);
 
 // True when the heights (and so placed vertices), or anything, changed since the call before.

@@ -137,7 +137,7 @@ static void levels_are_what_tiles_are(enum synthesis kind)
     struct deepen *d;
     struct worst worst = {0};
     GLuint texture;
-    assert_int_equal(deepen_create(o.pyramid, &shape, LEVELS, 96, &d), OK);
+    assert_int_equal(deepen_create(o.pyramid, &shape, LEVELS, 96, NULL, &d), OK);
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture);
     glTextureStorage3D(texture, 1, GL_R32F, shape.cols, shape.rows, LEVELS);
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++)
