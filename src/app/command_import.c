@@ -21,6 +21,7 @@ static import_params raster_params(const struct options *o)
         .ellipsoid = o->ellipsoid,
         .threads = o->view_params.threads,
         .feather_rows = o->feather_rows,
+        .feather_m = o->feather_m,
         .quantum = o->codec == CODEC_EXACT ? 0
                    : isnan(o->quantum)     ? QUANTUM_AUTO
                                            : o->quantum,

@@ -35,8 +35,9 @@ const struct option_spec option_table[] = {
      "declared: what each says (default; the ellipsoid if it says nothing)"},
     {"priority", 0, M, GROUP_IMPORT, INTEGER(source_priority, -1000, 1000, "N"),
      "the rasters that follow lie on top of all of a lower priority, -1000..1000 (default 0)"},
-    {"feather", 0, M, GROUP_IMPORT, INTEGER(feather_rows, 0, 255, "N"),
-     "blend seams over N samples of the finer raster, 0..255 (default 8; 0: hard edges)"},
+    {"feather", 0, M, GROUP_IMPORT, VALUE(option_feather, "auto|Wm|N"),
+     "blend the borders of finer rasters over a sample of the coarser one (auto, default), over W metres (500m), or over N of "
+     "their own samples, 0..255 (0: hard edges); the edges of holes over 8 of their own samples, or N"},
     {"codec", 0, M, GROUP_IMPORT, VALUE(option_codec, "CODEC"),
      "how heights are stored: lossless (on a grid, default), exact (as floats, at many times the size) or bounded: as "
      "what each tile adds to its parent, off by at most --max-error"},

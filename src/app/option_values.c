@@ -149,6 +149,26 @@ status option_filter(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+// "auto", a width in metres with an "m", or a number of samples.
+status option_feather(struct options *o, const char *name, const char *value)
+{
+    char text[32];
+    size_t length = strlen(value);
+    double width = 0;
+    bool automatic = strcmp(value, "auto") == 0;
+    bool metres = !automatic && length > 1 && length < sizeof text && value[length - 1] == 'm';
+    snprintf(text, sizeof text, "%s", value);
+    if (metres) text[length - 1] = '\0';
+    bool good =
+        automatic ||
+        (number_parse(text, &width) && width >= 0 &&
+         (metres ? width > 0 && width <= FEATHER_MOST_M : width <= 255 && width == floor(width)));
+    if (!good) return refuse(name, value, "auto, a width as 500m, or 0 to 255 samples");
+    o->feather_rows = automatic || metres ? FEATHER_ROWS : (int)width;
+    o->feather_m = automatic ? FEATHER_AUTO : metres ? width : 0;
+    return OK;
+}
+
 status option_codec(struct options *o, const char *name, const char *value)
 {
     static const char *const names[] = {"lossless", "exact", "bounded"};

@@ -23,6 +23,7 @@ status option_planar_form(struct options *o, const char *name, const char *value
 status option_planar_heights(struct options *o, const char *name, const char *value);
 status option_quality(struct options *o, const char *name, const char *value);
 status option_texels(struct options *o, const char *name, const char *value);
+status option_feather(struct options *o, const char *name, const char *value);
 status option_codec(struct options *o, const char *name, const char *value);
 status option_filter(struct options *o, const char *name, const char *value);
 status option_texcoord(struct options *o, const char *name, const char *value);

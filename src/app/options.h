@@ -79,6 +79,7 @@ struct options {
     const char *source_vertical;  // of the rasters that follow; NULL: as they declare
     int source_priority;          // of the rasters that follow
     int feather_rows;
+    double feather_m;
     enum option_codec codec; // of heights
     double max_error;        // of --codec bounded, in metres; NaN: not given
     double quantum;          // of heights, in metres; NaN: not given

@@ -22,7 +22,7 @@
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
-enum { IMPORT_VERSION = 3, CACHE_BYTES = 192 << 20 };
+enum { IMPORT_VERSION = 4, CACHE_BYTES = 192 << 20 };
 
 // One import under way.
 struct import {
@@ -118,6 +118,7 @@ static struct workshop *make_workshop(const struct import *im, const struct laye
                                               .ellipsoid = im->ellipsoid,
                                               .bounds = im->bounds,
                                               .feather = im->params->feather_rows,
+                                              .feather_m = im->params->feather_m,
                                               .quantum = im->quantum,
                                               .cache = cache});
 }
@@ -183,10 +184,11 @@ static char *make_fingerprint(const struct import *im, const char *made_from)
     size_t size = 0;
     FILE *f = open_memstream(&text, &size);
     fprintf(f,
-            "import %d, ellipsoid %.17g %.17g, bounds %.17g %.17g %.17g %.17g, feather %d, "
-            "quantum %.17g\n",
+            "import %d, ellipsoid %.17g %.17g, bounds %.17g %.17g %.17g %.17g, "
+            "feather %d %.17g, quantum %.17g\n",
             IMPORT_VERSION, im->ellipsoid.a, im->ellipsoid.b, im->bounds.west, im->bounds.south,
-            im->bounds.east, im->bounds.north, im->params->feather_rows, im->quantum);
+            im->bounds.east, im->bounds.north, im->params->feather_rows, im->params->feather_m,
+            im->quantum);
     for (int i = 0; i < im->count; i++) {
         const import_input *in = &im->inputs[i];
         VSIStatBufL st = {0};
@@ -371,6 +373,10 @@ static status prepare(struct import *im)
     }
     if (p->feather_rows < 0 || p->feather_rows > BLEND_MAX_ROWS) {
         log_error("a feather of %d rows is not in 0..%d", p->feather_rows, BLEND_MAX_ROWS);
+        return ERR_ARGUMENT;
+    }
+    if (p->feather_m != FEATHER_AUTO && !(p->feather_m >= 0 && p->feather_m <= FEATHER_MOST_M)) {
+        log_error("a feather of %g m is not in 0..%g", p->feather_m, FEATHER_MOST_M);
         return ERR_ARGUMENT;
     }
     if (!quantum_is_good(p->quantum)) {

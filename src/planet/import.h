@@ -18,6 +18,11 @@
 #include "planet/planet_file.h"
 #include "planet/quantum.h"
 
+// Seams of an import, see import_params.
+enum { FEATHER_ROWS = 8 }; // usual width of edges
+#define FEATHER_AUTO   (-1.0)
+#define FEATHER_MOST_M 1e6
+
 typedef struct import_source {
     enum tile_layer layer;
     // Anything GDAL opens; or, when no file has that name, a pattern of file names as in glob(7),
@@ -46,8 +51,12 @@ typedef struct import_params {
     const char *name;        // NULL: from the output's file name
     const char *attribution; // NULL: none
     geo_ellipsoid ellipsoid; // zero: WGS84
-    int feather_rows;        // width over which seams are blended, in rows of the finer source, up
-                             // to 255; 0: none
+    // Width over which every edge of the upper source is blended, of its border, of its holes, and
+    // over others of its own zoom: in its rows, up to 255; 0: none.
+    int feather_rows;
+    // Width of the seam along its outer border, in metres, towards small sources less
+    // (import_outline.h); FEATHER_AUTO: as wide as a sample of what lies below; 0: none.
+    double feather_m;
     // Heights are stored as multiples of the greatest power of two up to this many metres (2^-12 to
     // 2^8), at most half of it off; QUANTUM_AUTO: of one for each zoom; 0: as the floats they are,
     // at many times the size.

@@ -11,8 +11,6 @@
 // Kept masks: a slot for each value of a hash, the newer one stays.
 enum { SLOTS = 4096, MASK = BLEND_MASK_BYTES, MAX_MASKS = 96 };
 
-#define LEAST_WEIGHT 1e-3f
-
 struct slot {
     int mosaic;
     tile_id id;
@@ -225,7 +223,7 @@ static float weight_of(float distance, int feather)
     float t = (distance - 0.5f) / (float)feather;
     t = t < 0 ? 0 : t > 1 ? 1 : t;
     float w = t * t * (3 - 2 * t);
-    return w < LEAST_WEIGHT ? LEAST_WEIGHT : w;
+    return w < BLEND_LEAST_WEIGHT ? BLEND_LEAST_WEIGHT : w;
 }
 
 static void read_weights(const struct canvas *c, int own, tile_id id, int feather,

@@ -10,6 +10,9 @@
 #include "base/status.h"
 #include "planet/grid.h"
 
+// A sample of a mosaic that lies on its very edge still counts as there.
+#define BLEND_LEAST_WEIGHT 1e-3f
+
 enum { BLEND_MAX_ROWS = 255, BLEND_MASK_BYTES = TILE_SIZE * TILE_SIZE / 8 };
 
 // Where a mosaic has data in a tile of its own zoom: bit (i % 8) of mask[i / 8], i row-major.

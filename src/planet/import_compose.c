@@ -23,6 +23,24 @@ static int compare_ranks(const void *a, const void *b)
     return x->input - y->input;
 }
 
+struct below {
+    const struct workshop *workshop;
+    int mosaic;
+};
+
+// outline_width: the one asked for, or the distance of the samples of what lies below there.
+static double seam_width(void *user, double lat, double lon)
+{
+    const struct below *below = user;
+    const struct workshop *w = below->workshop;
+    for (int i = w->mosaics[below->mosaic].first - 1; i >= 0; i--) {
+        const raster_grid *g = &w->params.grids[w->order[i]];
+        if (!outline_holds(g, lat, lon)) continue;
+        return w->params.feather_m > 0 ? w->params.feather_m : g->dlat * w->params.ellipsoid.a;
+    }
+    return 0;
+}
+
 void compose_plan(struct workshop *w)
 {
     int count = w->params.count;
@@ -35,11 +53,24 @@ void compose_plan(struct workshop *w)
     for (int i = 0; i < count; i++) {
         bool begins = i == 0 || ranks[i].priority != ranks[i - 1].priority ||
                       ranks[i].zoom != ranks[i - 1].zoom;
-        if (begins) w->mosaics[w->mosaic_count++] = (struct mosaic){i, 0, ranks[i].zoom};
+        if (begins) w->mosaics[w->mosaic_count++] = (struct mosaic){i, 0, ranks[i].zoom, NULL};
         w->mosaics[w->mosaic_count - 1].count++;
         w->order[i] = ranks[i].input;
     }
     free(ranks);
+    for (int at = 1; at < w->mosaic_count && w->params.feather_m != 0; at++) {
+        const struct mosaic *m = &w->mosaics[at];
+        struct below below = {w, at};
+        w->mosaics[at].outline = outline_create(w->params.grids, w->order + m->first, m->count,
+                                                w->params.ellipsoid.a, seam_width, &below);
+    }
+}
+
+void compose_plan_deinit(struct workshop *w)
+{
+    for (int i = 0; i < w->mosaic_count; i++) outline_destroy(&w->mosaics[i].outline);
+    free(w->mosaics);
+    free(w->order);
 }
 
 // The worker's own handle of an input; the one used longest ago makes room.
@@ -217,11 +248,20 @@ static bool is_wanted(const struct workshop *w, const struct bench *b, int at, t
     return false;
 }
 
+// The weights of a mosaic over what lies below it, in b->weights.
+static status find_seam(struct workshop *w, struct bench *b, int at, tile_id id)
+{
+    const struct mosaic *m = &w->mosaics[at];
+    for (int i = 0; i < SAMPLES; i++) b->weights[i] = 1;
+    status s = w->blend ? find_weights(w, b, at, m->zoom, id) : OK;
+    return !s && m->outline ? outline_lower(m->outline, id, b->weights) : s;
+}
+
 static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id)
 {
     const struct mosaic *m = &w->mosaics[at];
     bool below = false;
-    for (int i = 0; i < at && w->blend && !below; i++)
+    for (int i = 0; i < at && (w->blend || m->outline) && !below; i++)
         below = w->mosaics[i].zoom <= id.zoom && touches(w, &w->mosaics[i], id);
     status s = read_mosaic(w, b, m, id);
     if (s) return s;
@@ -229,7 +269,7 @@ static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id
     if (below) {
         // Finding the weights may read other tiles' masks through b->source.
         memcpy(b->tile, b->source, sizeof b->tile);
-        s = find_weights(w, b, at, m->zoom, id);
+        s = find_seam(w, b, at, id);
         memcpy(b->source, b->tile, sizeof b->source);
     }
     if (!s)

@@ -251,7 +251,7 @@ static status open_file(struct raster *r, const import_input *input, geo_ellipso
     if (!s) s = expand_palette(r);
     if (!s && !global && !warp_is_geographic(last(r), ellipsoid)) {
         void *warped;
-        s = warp_to_geographic(last(r), r->path, ellipsoid, &warped);
+        s = warp_to_geographic(last(r), r->path, ellipsoid, &warped, &r->grid.outline);
         if (!s) derive(r, warped);
     }
     if (s) return s;

@@ -20,6 +20,14 @@ typedef struct import_input {
     int width, height;
 } import_input;
 
+// A closed line of points of longitude and latitude in rad. count 0: there is none.
+enum { OUTLINE_POINTS = 64 };
+
+typedef struct raster_outline {
+    int count;
+    double lon[OUTLINE_POINTS], lat[OUTLINE_POINTS];
+} raster_outline;
+
 // Sample (col, row) covers [west + col dlon, ... + dlon] x [north - (row + 1) dlat, north - row
 // dlat], rad.
 typedef struct raster_grid {
@@ -30,6 +38,8 @@ typedef struct raster_grid {
     int channels;       // heights 1, colour 3, night 1
     int read_planes;    // planes of room that raster_read needs: heights 1, pixels 3
     int zoom;           // the source's finest zoom
+    // Where a raster of another reference system ends inside the grid; else it ends with the grid.
+    raster_outline outline;
 } raster_grid;
 
 struct raster;

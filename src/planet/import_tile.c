@@ -40,8 +40,7 @@ void workshop_destroy(struct workshop **workshop)
     }
     blend_destroy(&w->blend);
     free(w->benches);
-    free(w->order);
-    free(w->mosaics);
+    compose_plan_deinit(w);
     free(w);
     *workshop = NULL;
 }

@@ -25,8 +25,9 @@ typedef struct workshop_params {
     int count, workers;
     geo_ellipsoid ellipsoid;
     plan_bounds bounds;
-    int feather;    // width of blended seams, in rows of the upper mosaic; 0: none
-    double quantum; // of heights, as in quantum.h
+    int feather;      // width of blended edges, in rows of the upper mosaic; 0: none
+    double feather_m; // width of the seams at borders, as in import_params
+    double quantum;   // of heights, as in quantum.h
     struct import_cache *cache;
 } workshop_params;
 

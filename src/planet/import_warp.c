@@ -12,8 +12,6 @@
 
 #include "base/log.h"
 #include "base/memory.h"
-#include "planet/import_raster.h"
-
 // Points a side at which the raster's place is looked at; the outermost stand just inside the
 // edges, so that an edge at 180 degrees keeps its sign.
 enum { PROBES = 65 };
@@ -84,7 +82,7 @@ bool warp_is_geographic(void *dataset, geo_ellipsoid ellipsoid)
 struct place {
     double west, south, east, north; // degrees
     double step;                     // sample distance on the ground, as degrees of latitude
-    bool full_circle;
+    bool full_circle, holds_pole;
 };
 
 static int compare_doubles(const void *a, const void *b)
@@ -186,7 +184,8 @@ static bool find_place(GDALDatasetH dataset, void *transformer, struct place *pl
         measure_bounds(p, place);
         bool north = holds_pole(transformer, 90, width, height);
         bool south = holds_pole(transformer, -90, width, height);
-        place->full_circle |= north || south;
+        place->holds_pole = north || south;
+        place->full_circle |= place->holds_pole;
         // A probe stands for the ground up to half way to its neighbours.
         double margin = 2 * place->step + (place->north - place->south) / (PROBES - 1);
         place->north = north ? 90 : fmin(90, place->north + margin);
@@ -198,6 +197,32 @@ static bool find_place(GDALDatasetH dataset, void *transformer, struct place *pl
     }
     free(p);
     return found;
+}
+
+// The edges of the raster, once around.
+static void find_outline(GDALDatasetH dataset, void *transformer, const struct place *place,
+                         raster_outline *out)
+{
+    enum { SIDE = OUTLINE_POINTS / 4 };
+    double right = GDALGetRasterXSize(dataset) - PROBE_INSET;
+    double bottom = GDALGetRasterYSize(dataset) - PROBE_INSET;
+    double z[OUTLINE_POINTS] = {0};
+    int good[OUTLINE_POINTS];
+    out->count = 0;
+    if (place->full_circle && !place->holds_pole) return;
+    for (int i = 0; i < OUTLINE_POINTS; i++) {
+        double t = (double)(i % SIDE) / SIDE, back = 1 - t;
+        double x[4] = {t, 1, back, 0}, y[4] = {0, t, 1, back};
+        out->lon[i] = PROBE_INSET + x[i / SIDE] * (right - PROBE_INSET);
+        out->lat[i] = PROBE_INSET + y[i / SIDE] * (bottom - PROBE_INSET);
+    }
+    GDALGenImgProjTransform(transformer, FALSE, OUTLINE_POINTS, out->lon, out->lat, z, good);
+    for (int i = 0; i < OUTLINE_POINTS; i++) {
+        if (!good[i] || !isfinite(out->lon[i]) || !(fabs(out->lat[i]) <= 90)) return;
+        out->lon[i] /= DEG;
+        out->lat[i] /= DEG;
+    }
+    out->count = OUTLINE_POINTS;
 }
 
 // Options of the warp onto the planet's samples at the zoom of place->step.
@@ -251,7 +276,8 @@ static status run_warp(GDALDatasetH dataset, const char *path, const struct plac
     return ERR_ARGUMENT;
 }
 
-status warp_to_geographic(void *dataset, const char *path, geo_ellipsoid ellipsoid, void **out)
+status warp_to_geographic(void *dataset, const char *path, geo_ellipsoid ellipsoid, void **out,
+                          raster_outline *outline)
 {
     *out = NULL;
     OGRSpatialReferenceH target = planet_srs(source_srs(dataset), ellipsoid);
@@ -266,6 +292,7 @@ status warp_to_geographic(void *dataset, const char *path, geo_ellipsoid ellipso
                   CPLGetLastErrorMsg());
         s = ERR_ARGUMENT;
     }
+    if (!s) find_outline(dataset, transformer, &place, outline);
     if (!s) s = run_warp(dataset, path, &place, wkt, out);
     if (transformer) GDALDestroyGenImgProjTransformer(transformer);
     CSLDestroy(options);

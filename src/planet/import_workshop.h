@@ -5,6 +5,7 @@
 #include <stdatomic.h>
 
 #include "planet/import_blend.h"
+#include "planet/import_outline.h"
 #include "planet/import_resample.h"
 #include "planet/import_tile.h"
 
@@ -20,6 +21,7 @@ struct opened {
 struct mosaic {
     int first, count; // of workshop.order
     int zoom;
+    struct outline *outline; // NULL: its border is no wide seam
 };
 
 // A picture under construction from the top down: sum of weight times value, the sum of the
@@ -58,8 +60,9 @@ struct workshop {
     atomic_flag reported; // a read that failed has been logged
 };
 
-// Sorts the inputs into mosaics.
+// Sorts the inputs into mosaics, and lays out their borders.
 void compose_plan(struct workshop *w);
+void compose_plan_deinit(struct workshop *w);
 
 // The sources of this zoom (and, for pixels, of coarser ones) in b->tile, NaN where there is none.
 // *any: a source of this zoom has data here.

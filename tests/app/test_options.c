@@ -64,6 +64,9 @@ static const char *const accepted[] = {
     "import --height a b --color c --night d -o e --body moon --bounds -10,-5,10,5 --resume",
     "import --height=a --height b -o e --name N --attribution A --force --threads 2",
     "import --height a -o e --bounds 170,-5,-170,5",
+    "import --height a -o e --feather 500m",
+    "import --height a -o e --feather auto",
+    "import --height a -o e --feather 0",
     "import --earth",
     "import --earth --bathymetry --atlas x -o e",
     "compare",
@@ -193,6 +196,11 @@ static const struct {
     {"import --height a -o e --bathymetry", "--bathymetry"},
     {"import --height a -o e --body pluto", "--body pluto"},
     {"import --height a -o e --bounds 1,2,3", "--bounds 1,2,3"},
+    {"import --height a -o e --feather 256", "--feather 256"},
+    {"import --height a -o e --feather 1.5", "--feather 1.5"},
+    {"import --height a -o e --feather -5m", "--feather -5m"},
+    {"import --height a -o e --feather 2e6m", "--feather 2e6m"},
+    {"import --height a -o e --feather m", "--feather m"},
     {"import --height a -o e --bounds 10,0,10,5", "--bounds 10,0,10,5"},
     {"import --height a -o e --bounds 10,5,20,0", "--bounds 10,5,20,0"},
     {"import --height a -o e --bounds -361,0,0,5", "--bounds -361"},
@@ -242,6 +250,26 @@ static void test_values(void **state)
     assert_int_equal(parse("view", &o), OK);
     assert_false(options_camera_given(&o));
     options_deinit(&o);
+}
+
+static void test_feather(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        int rows;
+        double metres;
+    } cases[] = {{"import --height a -o e", FEATHER_ROWS, FEATHER_AUTO},
+                 {"import --height a -o e --feather auto", FEATHER_ROWS, FEATHER_AUTO},
+                 {"import --height a -o e --feather 500m", FEATHER_ROWS, 500},
+                 {"import --height a -o e --feather 40", 40, 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct options o;
+        assert_int_equal(parse(cases[i].text, &o), OK);
+        assert_int_equal(o.feather_rows, cases[i].rows);
+        assert_true(o.feather_m == cases[i].metres);
+        options_deinit(&o);
+    }
 }
 
 static void test_import_order(void **state)
@@ -311,7 +339,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_accepted), cmocka_unit_test(test_refused),
         cmocka_unit_test(test_values),   cmocka_unit_test(test_import_order),
-        cmocka_unit_test(test_table),    cmocka_unit_test(test_manual),
+        cmocka_unit_test(test_feather),  cmocka_unit_test(test_table),
+        cmocka_unit_test(test_manual),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,11 +57,11 @@ struct piece {
     int priority;
 };
 
-static struct planet_file *import_pieces(int count, const struct piece *pieces, int feather,
-                                         enum tile_layer layer)
+static struct planet_file *import_seams(int count, const struct piece *pieces, int feather,
+                                        double feather_m, enum tile_layer layer)
 {
-    import_source sources[8];
-    char paths[8][512], out[512];
+    import_source sources[10];
+    char paths[10][512], out[512];
     logged[0] = 0;
     for (int i = 0; i < count; i++) {
         snprintf(paths[i], sizeof paths[i], "%s", in_dir(pieces[i].name));
@@ -73,10 +73,17 @@ static struct planet_file *import_pieces(int count, const struct piece *pieces, 
                        .source_count = count,
                        .output = out,
                        .feather_rows = feather,
+                       .feather_m = feather_m,
                        .threads = 2,
                        .force = true};
     if (import_run(&p)) fail_msg("%s", logged);
     return open_planet("o.planet");
+}
+
+static struct planet_file *import_pieces(int count, const struct piece *pieces, int feather,
+                                         enum tile_layer layer)
+{
+    return import_seams(count, pieces, feather, 0, layer);
 }
 
 static double smooth(double t)
@@ -323,13 +330,151 @@ static void test_ranges(void **state)
     planet_file_close(&f);
 }
 
+// The sphere of the grid, and the distance on it to a meridian and to a parallel.
+#define GROUND_M 6378137.0
+
+static double to_meridian_m(double lat_deg, double lon_deg)
+{
+    return GROUND_M * asin(cos(lat_deg * RAD) * sin(lon_deg * RAD));
+}
+
+static double globe_sample_m(void)
+{
+    return 0.5 * RAD * GROUND_M;
+}
+
+// The greatest height between neighbouring samples of the zoom, over what lies between them.
+static double greatest_slope(struct planet_file *f, int zoom)
+{
+    enum { N = TILE_SIZE };
+    static float h[N * N];
+    double most = 0;
+    for (int row = 0; row < grid_rows(zoom); row++)
+        for (int col = 0; col < grid_cols(zoom, row); col++) {
+            if (planet_file_read_height(f, (tile_id){LAYER_HEIGHT, zoom, row, col}, h)) continue;
+            for (int i = 0; i < N * N; i++) {
+                double lat = grid_lat(zoom, (int64_t)row * N + i / N);
+                double wide = grid_step_lon(zoom, row) * cos(lat) * GROUND_M;
+                if (i % N < N - 1) most = fmax(most, step_between(0, h[i], h[i + 1]) / wide);
+                if (i / N < N - 1)
+                    most = fmax(most,
+                                step_between(0, h[i], h[i + N]) / (grid_step_lat(zoom) * GROUND_M));
+            }
+        }
+    return most;
+}
+
+// By itself a seam is as wide as a sample of what lies below, whatever the inset's own; a hole in
+// it is no border. The oracle is the smoothstep of the distance on the sphere.
+static void test_border(void **state)
+{
+    (void)state;
+    raster_spec fine = inset("fine.tif", 10, 50, with_hole);
+    write_raster(&globe);
+    write_raster(&fine);
+    struct planet_file *f = import_seams(2, (struct piece[]){{"fine.tif", 0}, {"globe.tif", 0}},
+                                         FEATHER_ROWS, FEATHER_AUTO, LAYER_HEIGHT);
+    int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT], looked = 0;
+    double width = globe_sample_m(), step = grid_step_lat(zoom) / RAD;
+    for (double d = 9 * step; d < 2.4; d += step / 3)
+        for (int way = 0; way < 2; way++) {
+            int index;
+            double lat, lon;
+            tile_id id = tile_at(LAYER_HEIGHT, zoom, (way ? 50 - d : 45.3) * RAD,
+                                 (way ? 14.5 : 15 - d) * RAD, &index);
+            sample_place(id, index, &lat, &lon);
+            double inside = fmin(to_meridian_m(lat / RAD, 15 - lon / RAD),
+                                 GROUND_M * fmin(50 * RAD - lat, lat - 45 * RAD));
+            double got = height_near(f, zoom, lat / RAD, lon / RAD);
+            check_near(got, 900 * smooth(inside / width), 5);
+            looked++;
+        }
+    assert_true(looked > 100);
+    check_near(height_near(f, zoom, 47, 12 - 13 * step), 900, 1e-3); // beside the hole
+    assert_true(height_near(f, zoom, 47, 11.95) < 100);
+    planet_file_close(&f);
+    f = import_seams(2, (struct piece[]){{"fine.tif", 0}, {"globe.tif", 0}}, FEATHER_ROWS, 80000,
+                     LAYER_HEIGHT);
+    check_near(height_near(f, zoom, 45.8, 10.9), 900 * smooth(to_meridian_m(45.8, 0.9) / 80000),
+               40);
+    planet_file_close(&f);
+}
+
+// No seam is steeper than the step over its width allows: over the pole, where the inset's edges
+// are neither parallels nor meridians, and across the antimeridian.
+static void test_border_slope(void **state)
+{
+    (void)state;
+    raster_spec polar = inset("polar.tif", -1e6, 0.8e6, at_900);
+    polar.crs = "EPSG:3413";
+    polar.width = polar.height = 300;
+    polar.transform[1] = 6000;
+    polar.transform[5] = -6000;
+    raster_spec date = inset("date.tif", 176, -20, at_900);
+    write_raster(&globe);
+    write_raster(&polar);
+    write_raster(&date);
+    struct planet_file *f =
+        import_seams(3, (struct piece[]){{"globe.tif", 0}, {"polar.tif", 0}, {"date.tif", 0}},
+                     FEATHER_ROWS, FEATHER_AUTO, LAYER_HEIGHT);
+    int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+    double bound = 900 * 1.5 / globe_sample_m() * 1.1, most = 0;
+    for (int z = zoom - 1; z <= zoom; z++) most = fmax(most, greatest_slope(f, z));
+    print_message("greatest slope %.4f, bound %.4f\n", most, bound);
+    check_near(most, 0, bound);
+    assert_true(most > bound / 2);
+    check_near(height_near(f, zoom - 1, 89.5, 20), 900, 1e-3);
+    check_near(height_near(f, zoom, -22.5, 178.5), 900, 1e-3);
+    check_near(height_near(f, zoom, -22.5, -179.9), 900, 1e-3);
+    planet_file_close(&f);
+}
+
+// A small inset's middle is its own: from half of its radius on nothing else shows. Side by side
+// such insets are one, with wider seams and none between them.
+static void test_border_of_small(void **state)
+{
+    (void)state;
+    char names[9][8];
+    struct piece pieces[10] = {{"globe.tif", 0}};
+    write_raster(&globe);
+    for (int i = 0; i < 9; i++) {
+        snprintf(names[i], sizeof names[i], "%d.tif", i);
+        raster_spec cell = inset(names[i], 10 + i % 3 * 0.2, 0.3 - i / 3 * 0.2, at_900);
+        cell.width = cell.height = 200;
+        cell.transform[1] = 0.001;
+        cell.transform[5] = -0.001;
+        write_raster(&cell);
+        pieces[i + 1] = (struct piece){names[i], 0};
+    }
+    const double half = 0.1 * RAD * GROUND_M; // of a cell; a sample of the globe is 56 km
+    for (int count = 2; count <= 10; count += 8) {
+        struct planet_file *f =
+            import_seams(count, pieces, FEATHER_ROWS, FEATHER_AUTO, LAYER_HEIGHT);
+        int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
+        double width = count == 2 ? half / 2 : 1.5 * half;
+        for (double d = 0.012; d < 0.1; d += 0.004) {
+            int index;
+            double lat, lon;
+            tile_id id = tile_at(LAYER_HEIGHT, zoom, 0.2 * RAD, (10 + d) * RAD, &index);
+            sample_place(id, index, &lat, &lon);
+            double inside = to_meridian_m(lat / RAD, lon / RAD - 10);
+            check_near(height_near(f, zoom, 0.2, 10 + d), 900 * smooth(inside / width), 5);
+        }
+        if (count == 2) check_near(height_near(f, zoom, 0.2, 10.1), 900, 1e-3);
+        for (double lon = 10.16; lon < 10.44 && count == 10; lon += 0.005)
+            check_near(height_near(f, zoom, 0, lon), 900, 1e-3);
+        planet_file_close(&f);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ramp),     cmocka_unit_test(test_no_jump),
-        cmocka_unit_test(test_mosaic),   cmocka_unit_test(test_overlap),
-        cmocka_unit_test(test_priority), cmocka_unit_test(test_colour),
-        cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_ramp),         cmocka_unit_test(test_no_jump),
+        cmocka_unit_test(test_mosaic),       cmocka_unit_test(test_overlap),
+        cmocka_unit_test(test_priority),     cmocka_unit_test(test_colour),
+        cmocka_unit_test(test_ranges),       cmocka_unit_test(test_border),
+        cmocka_unit_test(test_border_slope), cmocka_unit_test(test_border_of_small),
     };
     return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
 }
