@@ -19,6 +19,7 @@
 #include "planet/codec.h"
 #include "planet/codec_bounded.h"
 #include "planet/codec_grid.h"
+#include "planet/codec_predict.h"
 #include "planet/planet_file.h"
 #include "planet/quantum.h"
 
@@ -428,10 +429,10 @@ static struct score run_bounded(double max_error)
         double t0 = cpu_s();
         if (!grid_round(t->exact, exponent, counts, &holes)) abort();
         grid_heights(counts, exponent, want);
-        bounded_predict(t->id, above < 0 ? NULL : tiles[above].decoded, predicted);
+        predict_tile(t->id, above < 0 ? NULL : tiles[above].decoded, predicted);
         if (bounded_encode(want, predicted, max_error, &body, t->decoded)) abort();
         double t1 = cpu_s();
-        bounded_predict(t->id, above < 0 ? NULL : tiles[above].decoded, predicted);
+        predict_tile(t->id, above < 0 ? NULL : tiles[above].decoded, predicted);
         status st = bounded_is_body(body.data, body.size)
                         ? bounded_decode(body.data, body.size, predicted, got)
                         : codec_height_decode(body.data, body.size, got);

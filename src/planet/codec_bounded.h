@@ -1,9 +1,9 @@
 // Height bodies with a bound on the error: what a tile adds to its parent (Losasso & Hoppe 2004,
-// section 7). The parent, as it is decoded, is doubled by the four-point filter (upsample.h); the
-// difference to that is coded roughly by codec_wavelet.h, and where what comes out is farther off
-// than the bound, it is corrected. Floats only in the prediction, whose order of operations is
-// fixed; everything is rounded to a grid of heights: any machine gives the same samples, and a
-// checksum of them stands in the body. Any thread.
+// section 7). The parent, as it is decoded, is doubled by the four-point filter (codec_predict.h);
+// the wavelet coefficients of the difference to that are coded roughly (codec_bands.h), and where
+// what comes out is farther off than the bound, it is corrected. The order of all operations on
+// floats is fixed and everything is rounded to a grid of heights: any machine gives the same
+// samples, and a checksum of them stands in the body. Any thread.
 #ifndef PERIGEE_PLANET_CODEC_BOUNDED_H
 #define PERIGEE_PLANET_CODEC_BOUNDED_H
 
@@ -19,13 +19,9 @@
 // of the bound.
 int bounded_exponent(double max_error);
 
-// What the parent says about a tile: 256 x 256 heights, all finite. parent: 256 x 256, NaN where
-// there is no data; NULL: there is none, and all is 0.
-void bounded_predict(tile_id id, const float *parent, float *predicted);
-
-// samples: on the grid of the bound. A body of the kind that is smallest: this one, or one of
-// codec_grid.h or codec_uniform.h. decoded: what it decodes to, each within max_error - 2^exponent
-// / 2 of its sample; holes stay holes. ERR_MEMORY.
+// samples: on the grid of the bound. predicted: of predict_tile. A body of the kind that is
+// smallest: this one, or one of codec_grid.h or codec_uniform.h. decoded: what it decodes to, each
+// within max_error - 2^exponent / 2 of its sample; holes stay holes. ERR_MEMORY.
 status bounded_encode(const float *samples, const float *predicted, double max_error,
                       codec_blob *out, float *decoded);
 

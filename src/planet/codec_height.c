@@ -10,6 +10,7 @@
 
 #include "planet/codec_bounded.h"
 #include "planet/codec_grid.h"
+#include "planet/codec_predict.h"
 #include "planet/codec_uniform.h"
 
 enum {
@@ -279,7 +280,7 @@ status codec_height_decode_tile(tile_id id, const void *data, size_t size, codec
     if (!above) return ERR_MEMORY;
     status s = id.zoom > 0 ? parent(user, tile_parent(id), above) : ERR_NOT_FOUND;
     if (s == OK || s == ERR_NOT_FOUND) {
-        bounded_predict(id, s ? NULL : above, above + SAMPLES);
+        predict_tile(id, s ? NULL : above, above + SAMPLES);
         s = bounded_decode(data, size, above + SAMPLES, samples);
     }
     free(above);

@@ -14,6 +14,7 @@
 #include "base/memory.h"
 #include "planet/codec_bounded.h"
 #include "planet/codec_grid.h"
+#include "planet/codec_predict.h"
 #include "planet/import_blend.h"
 #include "planet/import_crew.h"
 #include "planet/import_inputs.h"
@@ -458,7 +459,7 @@ static status final_size(const struct import *im, tile_id id, const made_tile *t
     codec_blob body = {0};
     status s = codec_height_decode(tile->body.data, tile->body.size, room);
     if (!s) guess_parent(id, room, parent);
-    if (!s) bounded_predict(id, parent, predicted);
+    if (!s) predict_tile(id, parent, predicted);
     if (!s) s = bounded_encode(room, predicted, im->params->max_error, &body, parent);
     *out = body.size;
     codec_blob_deinit(&body);

@@ -10,6 +10,7 @@
 #include "base/pool.h"
 #include "planet/cache.h"
 #include "planet/codec_bounded.h"
+#include "planet/codec_predict.h"
 
 // Decoded parents: those of a row of tiles of zoom 8 and its neighbours.
 enum { SAMPLES = TILE_SIZE * TILE_SIZE, BATCH = 64, PARENT_BYTES = 160 << 20 };
@@ -109,7 +110,7 @@ static status code(struct job *job, float *room)
     if (s) return s == ERR_FORMAT ? corrupt(id) : s;
     s = id.zoom > 0 ? read_parent(b, tile_parent(id), parent) : ERR_NOT_FOUND;
     if (s && s != ERR_NOT_FOUND) return s;
-    bounded_predict(id, s ? NULL : parent, predicted);
+    predict_tile(id, s ? NULL : parent, predicted);
     return bounded_encode(samples, predicted, b->max_error, &job->coded, parent);
 }
 
