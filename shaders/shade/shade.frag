@@ -83,19 +83,34 @@ float convexity(vec2 dlonlat, float level)
     return 0.5 * sum;
 }
 
+// As the columns' share of the circle is about to change, the colour goes over to what the window of half as many columns
+// will show there: pairs of them, each pair's mean being a texture fetch in its middle. So nothing shows when it changes.
+vec4 window_color(int level, vec2 place)
+{
+    vec4 torus = levels.color_torus[level], valid = levels.color_valid[level];
+    vec2 size = vec2(textureSize(color_windows, 0).xy), at = place.yx + torus.yx;
+    vec4 color = textureLod(color_windows, vec3(at / size, float(level)), 0.0);
+    float pair = 0.5 * at.x - 0.5, first = floor(pair);
+    vec4 paired = vec4(0.0);
+    for (int k = 0; k < (torus.w > 0.0 ? 2 : 0); k++) { // a loop, because software drivers skip a loop that no pixel is in
+        float middle = clamp(2.0 * (first + float(k)) + 1.0 - torus.y, valid.z + 1.0, valid.w - 1.0) + torus.y;
+        float share = k == 0 ? 1.0 - (pair - first) : pair - first;
+        paired += share * textureLod(color_windows, vec3(vec2(middle, at.y) / size, float(level)), 0.0);
+    }
+    return mix(color, paired, torus.w);
+}
+
 // Linear colour, and in a the night's light.
 vec4 chain_color(vec2 dlonlat, float level)
 {
     vec4 sum = vec4(0.0);
     float rest = 1.0, keep = level < 1.0 ? 1.0 : fract(level);
-    vec2 size = vec2(textureSize(color_windows, 0).xy);
     for (int i = int(level); i >= 0; i--) {
         vec2 place = window_place(levels.color_map[i], dlonlat);
         float w = keep * window_weight(levels.color_valid[i], levels.color_torus[i].z, place);
         keep = 1.0;
         if (w > 0.0) {
-            vec2 uv = (place.yx + levels.color_torus[i].yx) / size;
-            sum += rest * w * textureLod(color_windows, vec3(uv, float(i)), 0.0);
+            sum += rest * w * window_color(i, place);
             rest *= 1.0 - w;
         }
         if (rest <= 0.0) break;
@@ -144,7 +159,7 @@ void main()
 #ifdef KEPT_LEVELS
     if (int(normal_level) < shaded.x || int(normal_level) > shaded.y) discard;
 #endif
-    float color_level = clamp(min(ring_level, fine - log2(color_rows)), 0.0, float(view.layers.y) + 0.999);
+    float color_level = clamp(min(ring_level, fine - log2(color_rows) + 1.0), 0.0, float(view.layers.y) + 0.999);
 
     vec3 up_ecef = ecef_of_meridian(up), sun_ecef = ecef_of_meridian(view.sun.xyz);
     vec3 normal = chain_normal(dlonlat, normal_level, up_ecef);

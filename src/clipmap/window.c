@@ -50,12 +50,18 @@ static int column_margin(const window_shape *shape)
     return of_rows < most ? of_rows : most;
 }
 
+// What of a window of share k the ring and the margin on both sides take.
+static double filled(const window_shape *shape, int share, double half_span)
+{
+    double half_turn = (double)shape->cols / 2.0 / M_PI; // columns a radian of longitude, share 0
+    return ldexp(half_span * half_turn, share) / (shape->cols / 2 - column_margin(shape));
+}
+
 // The narrowest share 2^-k of the circle that holds the ring and the margin on both sides.
 static int share_of_ring(const window_shape *shape, int zoom, double half_span)
 {
-    double half_turn = (double)shape->cols / 2.0 / M_PI; // columns a radian of longitude, share 0
     for (int k = zoom; k > 0; k--)
-        if (ldexp(half_span * half_turn, k) + column_margin(shape) <= shape->cols / 2) return k;
+        if (filled(shape, k, half_span) <= 1) return k;
     return 0;
 }
 
@@ -87,6 +93,14 @@ window window_at(const window_shape *shape, int level, double lat, double lon, d
     w.rect.col0 = first_column(shape, w.share, lon);
     w.rect.col1 = w.rect.col0 + shape->cols;
     return w;
+}
+
+double window_widening(const window_shape *shape, const window *w, double lat, double ring_bound)
+{
+    const double from = 0.75; // of a window, in whose last quarter the columns widen
+    if (w->share == 0) return 0;
+    double part = filled(shape, w->share, ring_half_span(w->level, lat, ring_bound));
+    return clamp_double((part - from) / (1 - from), 0, 1);
 }
 
 double window_step_lat(const window *w)

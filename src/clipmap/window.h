@@ -66,6 +66,11 @@ window window_at(const window_shape *shape, int level, double lat, double lon, d
 double window_step_lat(const window *w);
 double window_step_lon(const window_shape *shape, const window *w);
 
+// How far a window's columns are on the way to the share of half as many: 0, rising to 1 where
+// window_at() goes over to that share as its focus nears a pole. lat: of the focus, which may have
+// moved on.
+double window_widening(const window_shape *shape, const window *w, double lat, double ring_bound);
+
 // Continuous sample coordinates of a place: sample (row, col) has its centre at row + 1/2, col +
 // 1/2. col is on the copy of the circle nearest to the rectangle's middle.
 void window_coordinates(const window_shape *shape, const window *w, double lat, double lon,

@@ -527,6 +527,7 @@ static void fill_level(const struct windows *w, const struct layer *l, int level
     torus[0] = (float)((row0 % l->shape.rows + l->shape.rows) % l->shape.rows);
     torus[1] = (float)((col0 % l->shape.cols + l->shape.cols) % l->shape.cols);
     torus[2] = s->fade;
+    torus[3] = (float)window_widening(&l->shape, &held, w->lat, w->ring_bound);
     valid[0] = (float)(s->row0 - (double)row0);
     valid[1] = (float)(s->row1 - (double)row0);
     bool circle = whole_circle(&held) && s->col1 - s->col0 == l->shape.cols;

@@ -187,6 +187,31 @@ static void zooms_and_steps(void **state)
     check_near(window_step_lon(&h, &w) / window_step_lat(&w), 1, 1e-15);
 }
 
+// Northwards: on the way to each doubling the columns widen steadily, and are there when it comes;
+// a window that is late with it stays so.
+static void columns_widen_before_they_double(void **state)
+{
+    (void)state;
+    const window_shape shape = WINDOW_COLOR;
+    const double step = 1e-3, rad = (double)PI / 180;
+    for (int level = 2; level < 16; level++) {
+        int doublings = 0;
+        for (double lat = 30; lat < 80; lat += step) {
+            window w = window_at(&shape, level, lat * rad, 0, WGS84_RATIO),
+                   next = window_at(&shape, level, (lat + step) * rad, 0, WGS84_RATIO);
+            double here = window_widening(&shape, &w, lat * rad, WGS84_RATIO),
+                   later = window_widening(&shape, &w, (lat + step) * rad, WGS84_RATIO);
+            assert_true(here >= 0 && here <= later && later <= 1 && later - here < 0.05);
+            if (w.share == 0) assert_true(later == 0);
+            if (w.share == next.share) continue;
+            doublings++;
+            assert_true(later == 1);
+            assert_true(window_widening(&shape, &next, (lat + step) * rad, WGS84_RATIO) == 0);
+        }
+        assert_true(doublings > 0);
+    }
+}
+
 static bool same_window(const window *a, const window *b)
 {
     return a->level == b->level && a->zoom == b->zoom && a->share == b->share &&
@@ -271,6 +296,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rings_lie_inside_their_windows),
         cmocka_unit_test(zooms_and_steps),
+        cmocka_unit_test(columns_widen_before_they_double),
         cmocka_unit_test(windows_are_functions_of_the_place),
         cmocka_unit_test(missing_is_the_difference),
         cmocka_unit_test(turning_and_texels),

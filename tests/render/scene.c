@@ -117,6 +117,12 @@ double scene_trace(const double o[3], const double d[3])
     return 0.5 * (low + high);
 }
 
+double scene_encoded(double light)
+{
+    double c = fmin(fmax(light, 0), 1);
+    return 255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1 / 2.4) - 0.055);
+}
+
 int scene_open(void)
 {
     return gpu_fixture_open();

@@ -36,6 +36,9 @@ void scene_geodetic(const double ecef[3], double *lat, double *lon, double *heig
 // then bisection.
 double scene_trace(const double origin[3], const double direction[3]);
 
+// sRGB encoding of linear light, 0 to 255: what a screen is given.
+double scene_encoded(double light);
+
 // The headless context around a program's tests: 0, or the exit status to leave with (77: no EGL);
 // then the exit status.
 int scene_open(void);

@@ -134,7 +134,7 @@ static void geometry(const temporal_scene *s, const perigee_camera *camera,
 
 static double encoded(const float *plane, int i)
 {
-    return 255 * pow(fmin(fmax((double)plane[i], 0), 1), 1 / 2.2);
+    return scene_encoded((double)plane[i]);
 }
 
 static double change_of(const float *a, const float *b, const float *ra, const float *rb, int i)

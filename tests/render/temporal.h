@@ -26,7 +26,7 @@ typedef struct temporal_picture {
 } temporal_picture;
 
 // Geometry: the geometric error of reference/compare.h, pixels, away from silhouettes. Colour in
-// 1/255 of light encoded by the power 1 / 2.2, the largest of the three channels, the same pixels.
+// 1/255 of light encoded as for a screen, the largest of the three channels, the same pixels.
 typedef struct temporal_change {
     double rms_px, p999_px, worst_px, rms, p999, worst;
     int compared, silhouette; // pixels that count; ground that does not

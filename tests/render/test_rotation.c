@@ -119,13 +119,6 @@ static void see(const dmat3 *r, int color_zoom, struct picture pictures[])
     remove(path);
 }
 
-// sRGB encoding of linear light, 0 to 255.
-static double encoded(double c)
-{
-    c = clamp_double(c, 0, 1);
-    return 255 * (c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1 / 2.4) - 0.055);
-}
-
 static int compare_doubles(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -150,7 +143,8 @@ static struct difference difference_of(const struct picture *a, const struct pic
         d.limb += in_a != in_b;
         if (!in_a || !in_b) continue;
         for (int i = 0; i < 3; i++) {
-            color[n] = fabs(encoded((double)a->rgb[i][p]) - encoded((double)b->rgb[i][p]));
+            color[n] =
+                fabs(scene_encoded((double)a->rgb[i][p]) - scene_encoded((double)b->rgb[i][p]));
             d.rms += color[n] * color[n];
             n++;
         }
