@@ -52,6 +52,8 @@ typedef struct perigee_planet_params {
     size_t cache_bytes;          // memory for decoded tiles; 0: 256 MiB
     bool no_synthesis;           // true: only what the data says
     bool plain_synthesis;        // below the data noise without direction, not eroded ground
+    bool flat;                   // the map of longitude and latitude as a plane, not wrapped onto
+                                 // the planet: true to scale along the equator, north up
     const perigee_layer *layers; // over the ground, lowest first; borrowed until the planet is open
     int layer_count;             // up to 15
     const char *tile_cache;      // file that keeps tiles of servers; NULL: none is kept
@@ -61,7 +63,9 @@ typedef struct perigee_planet_params {
 typedef struct perigee_planet_info {
     char name[64];
     char attribution[512];
-    double equatorial_radius_m, polar_radius_m;
+    double equatorial_radius_m, polar_radius_m; // of a plane both: metres a radian of the map
+    double map_north_deg, map_east_deg; // of a plane: where its map ends, and as far to the south
+                                        // and the west; 0: a globe
     double height_min_m, height_max_m;
     int height_zoom, color_zoom, night_zoom; // finest zoom stored, -1: none
 } perigee_planet_info;

@@ -24,7 +24,7 @@ void main()
     gl_Position = view.clip_from_tangent * vec4(position, 1.0);
     ring_ne = ring.xy;
 #ifdef TEXCOORD_VERTEX
-    map_dlonlat = map_of_ring(ring, log2(3.14159265358979 / max(atan(length(ring.xy), 1.0 - ring.z), 1e-9)));
+    map_dlonlat = map_of_ring(ring, log2(3.14159265358979 / ring_angle(length(ring.xy), 1.0 - ring.z)));
 #endif
 #ifdef IDENTIFY
     quad = uvec2(1u, uint(gl_VertexID));

@@ -31,8 +31,7 @@ void main()
     vec3 r = ring_of(row, column);
     float spacing = max(max(apart(r, row - 1, column), apart(r, row + 1, column)),
                         max(apart(r, row, column - 1), apart(r, row, column + 1)));
-    float angle = atan(length(r.xy), 1.0 - r.z);
-    float level = log2(3.14159265358979 / max(angle, 1e-9));
+    float level = log2(3.14159265358979 / ring_angle(length(r.xy), 1.0 - r.z));
     float reaches = min(level - float(view.layers.z), float(view.layers.x));
     int sampled;
     float coarser;

@@ -20,5 +20,9 @@ void main()
     double ss = p.n * p.n + p.e * p.e;
     ring[3 * vertex] = float(p.n);
     ring[3 * vertex + 1] = float(p.e);
+#ifdef FLAT
+    ring[3 * vertex + 2] = 0.0;
+#else
     ring[3 * vertex + 2] = float(p.u > 0.0 ? ss / (1.0 + p.u) : 1.0 - p.u);
+#endif
 }

@@ -31,6 +31,14 @@ vec3 air_scatter(vec3 dir, float t, float lit, float cos_sun, out vec3 through)
     float h = view.camera.w;
     float r = 1.0 + h;
     float mu = dot(view.camera.xyz, dir) / r;
+#ifdef FLAT
+    // Air in level layers. Below the horizon and beyond the map's edge it is as bright as on the horizon.
+    float depth = optical_depth(h, max(mu, 0.0)), climb = t * mu * view.atmosphere.x;
+    if (t >= 0.0) {
+        float thin = exp(-h * view.atmosphere.x), share = abs(climb) < 1e-3 ? 1.0 - 0.5 * climb : (1.0 - exp(-max(climb, -80.0))) / climb;
+        depth = t * view.atmosphere.x * thin * share;
+    }
+#else
     float depth = optical_depth(h, mu);
     if (t >= 0.0) {
         float q = h * (2.0 + h) + t * (2.0 * r * mu + t); // r_end^2 - 1
@@ -40,6 +48,7 @@ vec3 air_scatter(vec3 dir, float t, float lit, float cos_sun, out vec3 through)
         float away = optical_depth(max(h_end, 0.0), mu_end);
         depth = mu_end < 0.0 && mu < 0.0 ? optical_depth(max(h_end, 0.0), -mu_end) - optical_depth(h, -mu) : depth - away;
     }
+#endif
     depth = max(depth, 0.0) * view.atmosphere.z * (t >= 0.0 ? TERRAIN_AIR : 1.0);
     through = exp(-RAYLEIGH * depth);
     return AIR_RADIANCE * (1.0 + cos_sun * cos_sun) * lit * (1.0 - through);

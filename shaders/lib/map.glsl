@@ -1,4 +1,5 @@
-// From ring coordinates to the map: longitude and geodetic latitude relative to the focus, by the chosen transform.
+// From ring coordinates to the map: longitude and geodetic latitude relative to the focus, by the chosen transform. With FLAT
+// the planet is a plane, and the ring coordinates are the map's.
 #include "lib/blocks.glsl"
 #include "shared/transform.glsl"
 
@@ -9,11 +10,24 @@
 #define TRANSFORM_APPROX 2
 #define TRANSFORM_BLEND 3
 
+// Angle from the focus by which levels count (src/geo/rings.h): from the length of n~, e~ and, on the sphere, the cosine.
+float ring_angle(float aside, float cosine)
+{
+#ifdef FLAT
+    return max(2.0 * atan(0.5 * aside), 1e-9);
+#else
+    return max(atan(aside, cosine), 1e-9);
+#endif
+}
+
 // `level`: continuous level of the point; the blend is exact up to level 9, approximate from 11 on (the paper: from 10).
 vec2 map_of_ring(vec3 ring, float level)
 {
     float dlon, dlat;
-#if TRANSFORM == TRANSFORM_STABLE
+#ifdef FLAT
+    dlon = ring.y;
+    dlat = ring.x;
+#elif TRANSFORM == TRANSFORM_STABLE
     map_transform_stable(ring.x, ring.y, ring.z, view.focus.x, view.focus.y, view.focus.z, dlon, dlat);
 #elif TRANSFORM == TRANSFORM_EXACT
     map_transform_exact(ring.x, ring.y, ring.z, view.focus.x, view.focus.y, view.focus.z, view.focus.w, dlon, dlat);

@@ -1,3 +1,6 @@
+#ifdef FLAT
+#include "lib/blocks.glsl"
+#endif
 #ifdef TEXCOORD_VERTEX
 layout(location = 1) in vec2 map_dlonlat;
 layout(location = 1) out vec2 out_dlonlat;
@@ -16,6 +19,10 @@ layout(location = 0) out vec2 out_ring;
 
 void main()
 {
+#ifdef FLAT // beyond the map there is nothing
+    vec4 inside = vec4(ring_ne - view.map_edge.xz, view.map_edge.yw - ring_ne);
+    if (min(min(inside.x, inside.y), min(inside.z, inside.w)) < 0.0) discard;
+#endif
     out_ring = ring_ne;
 #ifdef TEXCOORD_VERTEX
     out_dlonlat = map_dlonlat;

@@ -65,6 +65,9 @@ float height_about(int row, int column, vec2 offset, float reach)
 // rows along the great circle at a right angle. `pole`: sine and tangent of the sample's colatitude, in rows.
 vec2 neighbour(float rows, float east, vec2 pole, float cosine)
 {
+#ifdef FLAT
+    return vec2(rows, grid.x / grid.y);
+#endif
     float x = pole.y + rows;
     float bent = sign(x) * east * east / (abs(x) + length(vec2(x, east))); // the great circle off the parallel
     return vec2(rows + bent, atan(east, abs(pole.x + cosine * rows)) / grid.y);
@@ -78,7 +81,11 @@ void main()
     int row = rect.x + at.y, column = rect.z + at.x;
     uint around = (first_column.x + uint(column)) % first_column.y;
     float colat = (float(first_row + row) + 0.5) * grid.x, lon = (float(around) + 0.5) * grid.y - PI;
+#ifdef FLAT // as on the equator at longitude 0, where the axes are the plane's
+    float sc = 1.0, cc = 0.0, sl = 0.0, cl = 1.0;
+#else
     float sc = sin(colat), cc = cos(colat), sl = sin(lon), cl = cos(lon);
+#endif
     float e2 = 1.0 - (axes.y * axes.y) / (axes.x * axes.x);
     float w2 = 1.0 - e2 * cc * cc;
     float radius_prime = axes.x * inversesqrt(w2);
@@ -105,7 +112,11 @@ void main()
             east = sign(sc) * (h_east - h_west) * to.y / max(e - w, 0.5);
         }
     }
+#ifdef FLAT
+    float row_length = grid.x * radius_meridian;
+#else
     float row_length = grid.x * (radius_meridian + datum);
+#endif
     float south = (h_south - h_north) / float(max(s - n, 1));
     vec3 up = vec3(sc * cl, sc * sl, cc);
     vec3 normal = row_length * up - south * vec3(cc * cl, cc * sl, -sc) - east * vec3(-sl, cl, 0.0);

@@ -138,19 +138,27 @@ void main()
     float distance = length(position);
     vec3 unit = view.camera.xyz + scaled(position);
     vec2 ne = texelFetch(ring_buffer, pixel, 0).rg;
+#ifdef FLAT
+    float v = 0.0, angle = ring_angle(length(ne), 1.0);
+#else
     float ss = min(dot(ne, ne), 1.0), cosine = sqrt(1.0 - ss), v = ss / (1.0 + cosine);
     if (dot(unit, vec3(view.focus.x, 0.0, view.focus.y)) < 0.0) {
         cosine = -cosine;
         v = 2.0 - v;
     }
-    float angle = max(atan(sqrt(ss), cosine), 1e-9);
+    float angle = ring_angle(sqrt(ss), cosine);
+#endif
     float ring_level = log2(PI / angle);
 #ifdef TEXCOORD_VERTEX
     vec2 dlonlat = texelFetch(map_buffer, pixel, 0).rg;
 #else
     vec2 dlonlat = map_of_ring(vec3(ne, v), ring_level);
 #endif
+#ifdef FLAT
+    vec3 up = vec3(1.0, 0.0, 0.0);
+#else
     vec3 up = normalize(unit);
+#endif
     vec3 to_eye = -position / distance;
     float footprint = distance * view.screen.w * inversesqrt(clamp(dot(up, to_eye), 0.04, 1.0));
     float fine = log2(2.0 * PI * view.axes.x / footprint); // level of one sample across a turn / footprint

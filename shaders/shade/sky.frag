@@ -11,6 +11,10 @@ void main()
     float along = -dot(view.camera.xyz, dir);
     vec3 densest = view.camera.xyz + max(along, 0.0) * dir;
     vec3 through;
+#ifdef FLAT
+    float lit = daylight(vec3(1.0, 0.0, 0.0), view.sun.xyz);
+#else
     float lit = daylight(normalize(densest), view.sun.xyz);
+#endif
     color = vec4(air_scatter(dir, -1.0, lit, dot(normalize(ray), view.sun.xyz), through), 0.0);
 }

@@ -58,7 +58,8 @@ GRID_SHARED double grid_base(GRID_PARAM double down, double side)
     return GRID(base)[i - 1][1] + share * (GRID(base)[i][1] - GRID(base)[i - 1][1]);
 }
 
-// Unit vector of the place under which the ray in a direction (any length) meets its base. A base at height g is met by
+// On a plane: the place's coordinates, no farther from the camera than the map's farthest corner. Else:
+// unit vector of the place under which the ray in a direction (any length) meets its base. A base at height g is met by
 // lowering the camera by g, which keeps verticals vertical. A ray above the limb has no place of its own: it gets one
 // behind the limb, farther the higher it passes, up to where the grid ends.
 //   source  t from |C + t D| = 1: t = (C C - 1) / (b + sqrt(b b - D D (C C - 1))), b = -C D; nothing cancels
@@ -70,6 +71,14 @@ GRID_SHARED grid_direction grid_foot(GRID_PARAM double u, double e, double n)
     double su = u + down * GRID(axis)[0], se = e + down * GRID(axis)[1], sn = n + down * GRID(axis)[2];
     double side = sqrt(su * su + se * se + sn * sn);
     double k = (GRID(axis)[3] - grid_base(GRID_PASS down, side)) * GRID(up)[3];
+    if (GRID(base)[0][3] == 0.0) { // a plane
+        double least = GRID(limb)[0] * side, t = k / (down < least ? least : down);
+        grid_direction on;
+        on.u = 0.0;
+        on.e = GRID(foot)[1] + t * e;
+        on.n = GRID(foot)[2] + t * n;
+        return on;
+    }
     double cu = GRID(foot)[0] + k * GRID(up)[0], ce = GRID(foot)[1] + k * GRID(up)[1],
            cn = GRID(foot)[2] + k * GRID(up)[2];
     double kk = k * (2.0 * GRID(foot)[3] + k);

@@ -16,5 +16,6 @@ BLOCK_VEC4(camera)             /* camera from the planet's centre, in units of A
 BLOCK_VEC4(sun)                /* unit vector to the sun, meridian frame; w: cos of the focus's longitude */
 BLOCK_VEC4(atmosphere)         /* 1 / scale height in planet radii; radius / scale height; glow strength; sin of longitude */
 BLOCK_VEC4(screen)             /* width, height (px); near plane (m); angle of one pixel (rad) */
+BLOCK_VEC4(map_edge)           /* of a plane: south, north, west, east end of the map as n~ and e~ */
 BLOCK_UVEC4(rings)             /* coarsest and finest drawn level; rings a level; columns a ring */
 BLOCK_UVEC4(layers)            /* finest height level and finest colour level of the windows */

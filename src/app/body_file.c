@@ -30,7 +30,7 @@ static status read_body(const char *path, const cJSON *root, geo_ellipsoid *out,
     static const char *const members[] = {"name", "equatorialRadius", "polarRadius"};
     struct json_place place = {path, ""};
     const char *given = NULL;
-    geo_ellipsoid e = {0, 0};
+    geo_ellipsoid e = {.a = 0};
     status s = json_check_members(place, root, members, 3);
     if (!s) s = json_text(place, root, "name", &given);
     if (!s) s = json_number(place, root, "equatorialRadius", RADIUS_MIN, RADIUS_MAX, true, &e.a);

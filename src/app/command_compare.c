@@ -302,7 +302,8 @@ static status compare_frame(struct contest *c, int frame)
     }
     const perigee_camera *p = &row->camera;
     compare_params params = {
-        .ellipsoid = GEO_WGS84, // no measure depends on its size: only directions are taken
+        // No measure depends on its size: only directions are taken.
+        .ellipsoid = c->stage.options.planet_params.flat ? geo_plane_of(GEO_WGS84) : GEO_WGS84,
         .camera = {p->lat_deg, p->lon_deg, p->alt_m, p->heading_deg, p->pitch_deg, p->roll_deg,
                    p->fov_deg},
         .width = c->stage.width,

@@ -134,6 +134,8 @@ const struct option_spec option_table[] = {
      "where tiles of servers are kept, or none (default ${XDG_CACHE_HOME:-~/.cache}/perigee/tiles.db)"},
     {"tile-cache-bytes", 0, V | R | F, GROUP_DATA, VALUE(option_tile_bytes, "N[K|M|G]"),
      "how much is kept there; what was not used for longest goes first (default 1G)"},
+    {"flat", 0, V | R | F | C, GROUP_METHOD, FLAG(planet_params.flat),
+     "the map of longitude and latitude as a plane instead of a globe"},
     {"no-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(planet_params.no_synthesis),
      "the same as --synthesis none: only what the data says"},
     {"gpu-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(view_params.gpu_synthesis),

@@ -329,9 +329,9 @@ status option_body(struct options *o, const char *name, const char *value)
     static const char *const names[] = {"earth", "moon", "mars"};
     static const char *const titles[] = {"Earth", "Moon", "Mars"};
     static const geo_ellipsoid ellipsoids[] = {
-        {6378137.0, 6356752.314245179}, // WGS84
-        {1737400.0, 1737400.0},         // IAU 2015
-        {3396190.0, 3376200.0},         // IAU 2015
+        {.a = 6378137.0, .b = 6356752.314245179}, // WGS84
+        {.a = 1737400.0, .b = 1737400.0},         // IAU 2015
+        {.a = 3396190.0, .b = 3376200.0},         // IAU 2015
     };
     int found = find_name(value, names, 3);
     if (found >= 0) {

@@ -160,7 +160,7 @@ status path_file_flight(const struct path_file *file, perigee_planet *planet, st
     flight_key *keys = NEW_ARRAY(flight_key, (size_t)file->count);
     status s = OK;
     for (int i = 0; i < file->count && !s; i++) s = resolve(file, i, planet, &keys[i]);
-    geo_ellipsoid e = {info.equatorial_radius_m, info.polar_radius_m};
+    geo_ellipsoid e = {.a = info.equatorial_radius_m, .b = info.polar_radius_m};
     *out = s ? NULL : flight_create(e, keys, file->count);
     free(keys);
     if (!s && !*out) {

@@ -15,6 +15,7 @@ status reference_source_init(struct reference_source *s, const struct options *o
     *s = (struct reference_source){.options = o};
     char earth[OUTPUT_PATH_SIZE];
     pyramid_params tiles = {.cache_bytes = o->planet_params.cache_bytes,
+                            .flat = o->planet_params.flat,
                             .synthesis = o->planet_params.no_synthesis      ? SYNTHESIS_NONE
                                          : o->planet_params.plain_synthesis ? SYNTHESIS_PLAIN
                                                                             : SYNTHESIS_ERODED};

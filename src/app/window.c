@@ -268,8 +268,14 @@ static bool open_scene(struct window *w)
     int width, height;
     glfwGetFramebufferSize(w->glfw, &width, &height);
     w->ground = window_ground_create(p->planet);
-    struct control_world world = {
-        {w->info.equatorial_radius_m, w->info.polar_radius_m}, w, ground, pick};
+    const perigee_planet_info *i = &w->info;
+    struct control_world world = {{.a = i->equatorial_radius_m,
+                                   .b = i->polar_radius_m,
+                                   .half_lat = DEG * i->map_north_deg,
+                                   .half_lon = DEG * i->map_east_deg},
+                                  w,
+                                  ground,
+                                  pick};
     geo_camera start = camera_in_radians(&p->start);
     w->control = control_create(&world, &start, width, height);
     w->input = input_create(w->glfw, w->control, handle, w);

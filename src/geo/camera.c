@@ -26,6 +26,13 @@ dmat3 geo_eye_from_ecef(const geo_camera *c)
         {dmat3_mul(ecef, right), dmat3_mul(ecef, up), dmat3_mul(ecef, dvec3_scale(forward, -1))}};
 }
 
+dmat3 geo_eye_over(geo_ellipsoid e, const geo_camera *c)
+{
+    geo_camera there = *c;
+    if (geo_is_plane(e)) there.position.lat = there.position.lon = 0;
+    return geo_eye_from_ecef(&there);
+}
+
 void geo_camera_orient(geo_camera *c, dmat3 eye_from_ecef)
 {
     dmat3 enu = dmat3_transpose(geo_ecef_from_enu(c->position.lat, c->position.lon));

@@ -21,4 +21,7 @@ dmat3 geo_eye_from_ecef(const geo_camera *c);
 // exactly up or down, roll is 0 and the heading carries the turn.
 void geo_camera_orient(geo_camera *c, dmat3 eye_from_ecef);
 
+// The same rotation over any body.
+dmat3 geo_eye_over(geo_ellipsoid e, const geo_camera *c);
+
 #endif

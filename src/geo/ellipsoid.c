@@ -9,8 +9,14 @@ static dvec3 not_a_point(void)
     return (dvec3){NAN, NAN, NAN};
 }
 
+geo_ellipsoid geo_plane_of(geo_ellipsoid e)
+{
+    return (geo_ellipsoid){.a = e.a, .b = e.a, .half_lat = M_PI / 2, .half_lon = M_PI};
+}
+
 dvec3 geo_ecef_from_geodetic(geo_ellipsoid e, geodetic p)
 {
+    if (geo_is_plane(e)) return (dvec3){p.height, e.a * p.lon, e.a * p.lat};
     if (!(fabs(p.lat) <= M_PI / 2)) return not_a_point();
     double c = cos(p.lat), s = sin(p.lat);
     double w = hypot(e.a * c, e.b * s);
@@ -41,6 +47,7 @@ static double foot_parameter(geo_ellipsoid e, double p, double z)
 
 geodetic geo_geodetic_from_ecef(geo_ellipsoid e, dvec3 p)
 {
+    if (geo_is_plane(e)) return (geodetic){.lat = p.z / e.a, .lon = p.y / e.a, .height = p.x};
     double ring = hypot(p.x, p.y);
     if (!(ring > 0 || fabs(p.z) > 0)) return (geodetic){NAN, NAN, NAN};
     double t = foot_parameter(e, ring, fabs(p.z));
@@ -72,6 +79,16 @@ dmat3 geo_ecef_from_enu(double lat, double lon)
     return (dmat3){{{-sl, -sp * cl, cp * cl}, {cl, -sp * sl, cp * sl}, {0, cp, sp}}};
 }
 
+dvec3 geo_up_at(geo_ellipsoid e, double lat, double lon)
+{
+    return geo_is_plane(e) ? geo_normal(0, 0) : geo_normal(lat, lon);
+}
+
+dmat3 geo_frame_at(geo_ellipsoid e, double lat, double lon)
+{
+    return geo_is_plane(e) ? geo_ecef_from_enu(0, 0) : geo_ecef_from_enu(lat, lon);
+}
+
 double geo_wrap_lon(double lon)
 {
     if (lon >= -M_PI && lon < M_PI) return lon;
@@ -80,8 +97,15 @@ double geo_wrap_lon(double lon)
     return w < -M_PI ? -M_PI : w;
 }
 
+static double ray_plane(double height, dvec3 origin, dvec3 dir)
+{
+    double t = (height - origin.x) / dir.x;
+    return t >= 0 && isfinite(t) ? t : NAN;
+}
+
 double geo_ray_ellipsoid(geo_ellipsoid e, double height, dvec3 origin, dvec3 dir)
 {
+    if (geo_is_plane(e)) return ray_plane(height, origin, dir);
     double a = e.a + height, b = e.b + height;
     if (!(a > 0 && b > 0)) return NAN;
     dvec3 o = {origin.x / a, origin.y / a, origin.z / b};

@@ -11,11 +11,26 @@ static double paper_stretch(double colatitude)
     return 1 + 1 / (M_PI * pole) - q * q / 6 - 4 / M_PI;
 }
 
+// All frames have the plane's axes. No transform is ever taken from the rest.
+static void set_plane(struct geo_focus *f, dvec3 camera)
+{
+    const dmat3 same = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    f->reduced = f->lat;
+    f->cb = f->stretch = f->dlat_db = 1;
+    f->meridian_from_ecef = f->tangent_from_meridian = same;
+    f->offset = dvec3_sub(geo_ecef_from_geodetic(f->ellipsoid, (geodetic){f->lat, f->lon, f->href}),
+                          camera);
+}
+
 struct geo_focus geo_focus_make(geo_ellipsoid e, double focus_lat, double focus_lon,
                                 dvec3 camera_ecef, double href)
 {
     struct geo_focus f = {
         .ellipsoid = e, .lat = focus_lat, .lon = focus_lon, .href = href, .r = e.a / e.b};
+    if (geo_is_plane(e)) {
+        set_plane(&f, camera_ecef);
+        return f;
+    }
     double c = cos(focus_lon), s = sin(focus_lon);
     f.reduced = geo_reduced_from_geodetic(e, focus_lat);
     f.cb = cos(f.reduced);
@@ -43,6 +58,7 @@ struct place_frame_d geo_place_frame(const struct geo_focus *f)
     double east = f->ellipsoid.a, north = f->ellipsoid.a * grade;
     struct place_frame_d p = {.drop = f->ellipsoid.b / grade, .grade = grade, .q = q};
     p.skew = (1 - q * q) * f->cb * f->sb / grade;
+    if (geo_is_plane(f->ellipsoid)) p.drop = p.q = 0; // nothing drops, and no normal turns
     split(east, leading_bits_f((float)east), &p.east, &p.east_low);
     split(north, leading_bits_f((float)north), &p.north, &p.north_low);
     split(f->href, (float)round(f->href), &p.href, &p.href_low);

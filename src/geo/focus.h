@@ -1,5 +1,6 @@
 // The focus of the rings: the place on the ellipsoid around which they stand, with all that the
-// shared functions (geo/shared.h) take from it, in double; the caller rounds.
+// shared functions (geo/shared.h) take from it, in double; the caller rounds. On a plane n~ and e~
+// are the map's latitude and longitude from there, and v~ is 0.
 //
 // Pure functions. Any thread.
 #ifndef PERIGEE_GEO_FOCUS_H

@@ -18,6 +18,8 @@ static double lean(geo_ellipsoid e, double low, double high)
 // most 1 + summit / (short axis).
 double geo_horizon_angle(geo_ellipsoid e, dvec3 camera, double floor_height, double summit)
 {
+    if (geo_is_plane(e))
+        return hypot(fabs(camera.y) / e.a + e.half_lon, fabs(camera.z) / e.a + e.half_lat);
     double shorter = fmin(e.a, e.b);
     double low = fmin(floor_height, 0) / shorter;
     double high = fmax(summit / shorter, low);

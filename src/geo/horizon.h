@@ -11,7 +11,7 @@
 // Upper bound of the angle, measured on the unit sphere from the direction of D^-1 camera, at which
 // terrain no higher than `summit` metres above the ellipsoid can show. camera in ECEF. pi when the
 // camera is at or below the surface grown by `floor_height` (the lowest terrain, <= 0 where there
-// are depressions).
+// are depressions). Over a plane the distance to the farthest corner of the map, in radii.
 double geo_horizon_angle(geo_ellipsoid e, dvec3 camera, double floor_height, double summit);
 
 // Size in metres of one pixel on a surface `distance` metres away, facing the camera (eq. 7

@@ -16,9 +16,9 @@ static double step_of(int n, int level)
     return ldexp(2 * M_PI / (n + 1), -level);
 }
 
-static int64_t circle_of(int n, int level)
+int nest_globe_level(bool plane, int level)
 {
-    return (int64_t)(n + 1) << level;
+    return plane ? level - NEST_PLANE_LEVELS : level;
 }
 
 // m - 1 or m within the coarser level: with q = floor(place), the coarser floor is floor(q / 2).
@@ -29,10 +29,17 @@ static int64_t first_vertex(int n, double place)
 
 nest_square nest_square_at(int n, int level, double lat, double lon)
 {
-    nest_square s = {.n = n, .level = level, .step = step_of(n, level)};
+    return nest_square_over((geo_ellipsoid){0}, n, level, lat, lon);
+}
+
+nest_square nest_square_over(geo_ellipsoid e, int n, int level, double lat, double lon)
+{
+    nest_square s = {.n = n, .level = level, .plane = geo_is_plane(e)};
+    s.step = step_of(n, nest_globe_level(s.plane, level));
+    s.circle = (int64_t)(n + 1) << level >> (level - nest_globe_level(s.plane, level));
     double turns = (lon + M_PI) / (2 * M_PI);
     double row = (M_PI / 2 - lat) / s.step;
-    double column = (turns - floor(turns)) * (double)circle_of(n, level);
+    double column = (turns - floor(turns)) * (double)s.circle;
     s.row = first_vertex(n, row);
     s.column = first_vertex(n, column);
     s.view_row = row - (double)s.row;
@@ -67,33 +74,44 @@ int nest_finest_level(int n, double radius, double above, int levels, double *sh
 
 bool nest_holds_pole(const struct geo_focus *focus, double angle)
 {
-    return fabs(focus->reduced) + angle >= M_PI / 2;
+    return !geo_is_plane(focus->ellipsoid) && fabs(focus->reduced) + angle >= M_PI / 2;
+}
+
+static int coarsest_reaching(int n, double reach, int wider, int levels)
+{
+    int level = 0;
+    while (level + 1 < levels && nest_half_side(n, level + 1 - wider) >= reach) level++;
+    return level;
 }
 
 int nest_coarsest_level(int n, const struct geo_focus *focus, double angle, int levels)
 {
+    if (geo_is_plane(focus->ellipsoid))
+        return coarsest_reaching(n, angle, NEST_PLANE_LEVELS, levels);
     if (nest_holds_pole(focus, angle)) return 0;
     // Geodetic latitudes are further apart than reduced ones by no more than A/B.
     double up = angle * fmax(focus->r, 1 / focus->r);
     double aside = asin(fmin(1, sin(angle) / focus->cb));
-    double reach = fmax(up, aside);
-    int level = 0;
-    while (level + 1 < levels && nest_half_side(n, level + 1) >= reach) level++;
-    return level;
+    return coarsest_reaching(n, fmax(up, aside), 0, levels);
 }
 
 double nest_latitude(const nest_square *s, double row)
 {
-    double rows = (double)(circle_of(s->n, s->level) / 2);
-    return M_PI / 2 - clamp_double((double)s->row + row, 0, rows) * s->step;
+    double from_north = (double)s->row + row;
+    if (!s->plane) from_north = clamp_double(from_north, 0, (double)(s->circle / 2));
+    return M_PI / 2 - from_north * s->step;
 }
 
 // From tan(b) = q tan(lat) by the tangent of a difference: no cancellation near the focus.
 nest_row nest_row_at(const nest_square *s, const struct geo_focus *f, int i)
 {
     double lat = nest_latitude(s, i);
+    if (s->plane) {
+        float north = (float)(lat - f->lat);
+        return (nest_row){.s = north, .w = 1, .dlat = north};
+    }
     int64_t row = s->row + i;
-    bool pole = row <= 0 || row >= circle_of(s->n, s->level) / 2;
+    bool pole = row <= 0 || row >= s->circle / 2;
     double q = 1 / f->r, cl = pole ? 0 : cos(lat), sl = pole ? copysign(1, lat) : sin(lat);
     double up = q * sin(lat - f->lat), along = cl * cos(f->lat) + q * q * (sl * sin(f->lat));
     double length = hypot(up, along);
@@ -105,7 +123,11 @@ nest_row nest_row_at(const nest_square *s, const struct geo_focus *f, int i)
 
 nest_column nest_column_at(const nest_square *s, const struct geo_focus *f, int i)
 {
-    int64_t circle = circle_of(s->n, s->level), column = (s->column + i) % circle;
+    if (s->plane) {
+        float east = (float)((double)(s->column + i) * s->step - M_PI - f->lon);
+        return (nest_column){.t = east, .dlon = east};
+    }
+    int64_t circle = s->circle, column = (s->column + i) % circle;
     double lon = (double)(column < 0 ? column + circle : column) * s->step - M_PI;
     double half = sin((lon - f->lon) / 2);
     return (nest_column){.t = (float)sin(lon - f->lon),

@@ -8,6 +8,9 @@
 // A level begins at even indices, which makes its border lie on the coarser lattice, and is never
 // more than a step off the viewer; within the coarser level it begins at index m - 1 or m.
 //
+// Over a plane level 0 spans 2^NEST_PLANE_LEVELS turns, so that it holds the whole map from any
+// place of it, every step is as many times longer, and rows go on beyond the poles.
+//
 // Pure functions. Any thread.
 #ifndef PERIGEE_GEO_NEST_H
 #define PERIGEE_GEO_NEST_H
@@ -17,13 +20,15 @@
 
 #include "geo/focus.h"
 
-enum { NEST_N_MIN = 31, NEST_N_MAX = 1023 };
+enum { NEST_N_MIN = 31, NEST_N_MAX = 1023, NEST_PLANE_LEVELS = 2 };
 
 bool nest_size_valid(int n); // 31, 63, 127, 255, 511 or 1023
 
 // A level's square for a viewer.
 typedef struct nest_square {
     int n, level;
+    bool plane;
+    int64_t circle;               // columns of a turn
     double step;                  // rad
     int64_t row, column;          // of its first vertex; columns count on from turn to turn
     double view_row, view_column; // of the viewer, in steps from the first vertex: n/2 -+ 1
@@ -31,6 +36,11 @@ typedef struct nest_square {
 
 // The viewer's geodetic latitude in [-pi/2, pi/2] and any finite longitude, rad.
 nest_square nest_square_at(int n, int level, double lat, double lon);
+// The same over any body; on a plane any finite latitude.
+nest_square nest_square_over(geo_ellipsoid e, int n, int level, double lat, double lon);
+
+// The level whose step on the globe a level has over a plane.
+int nest_globe_level(bool plane, int level);
 
 // Half of the side that is covered in every direction whatever the snapping, rad.
 double nest_half_side(int n, int level);
@@ -71,7 +81,7 @@ typedef struct nest_column {
 nest_row nest_row_at(const nest_square *s, const struct geo_focus *focus, int i);
 nest_column nest_column_at(const nest_square *s, const struct geo_focus *focus, int i);
 
-// Geodetic latitude of a row, limited to the poles.
+// Geodetic latitude of a row, on the globe limited to the poles.
 double nest_latitude(const nest_square *s, double row);
 
 #endif

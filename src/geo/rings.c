@@ -26,6 +26,19 @@ double ring_level_of_angle(double angle)
     return log2(M_PI / angle);
 }
 
+// Past all corners of a map.
+#define PLANE_RADIUS_MAX 64.0
+
+double ring_plane_radius(double angle)
+{
+    return angle < 3 ? fmin(2 * tan(angle / 2), PLANE_RADIUS_MAX) : PLANE_RADIUS_MAX;
+}
+
+double ring_plane_angle(double distance)
+{
+    return 2 * atan(distance / 2);
+}
+
 static int is_west(const ring_params *p, int column)
 {
     return column > p->azimuth_steps / 2;
@@ -56,15 +69,23 @@ void ring_direction(const ring_params *p, int column, double out[2])
     out[1] = s == 0 ? 0 : east * s;
 }
 
-void ring_vertex(const ring_params *p, int ring, int column, float out[3])
+static void set_vertex(const ring_params *p, int column, double radius, double drop, float out[3])
 {
-    double angle = ring_angle(p, ring);
-    double radius = ring ? sin(angle) : 0;
-    double half = sin(angle / 2);
     double direction[2];
     ring_direction(p, column, direction);
     out[0] = (float)(radius * direction[0]);
     out[1] = (float)(radius * direction[1]);
-    out[2] = (float)(2 * half * half);
+    out[2] = (float)drop;
     if (out[1] == 0) out[1] = is_west(p, column) ? -RING_SEAM : RING_SEAM;
+}
+
+void ring_vertex(const ring_params *p, int ring, int column, float out[3])
+{
+    double angle = ring_angle(p, ring), half = sin(angle / 2);
+    set_vertex(p, column, ring ? sin(angle) : 0, 2 * half * half, out);
+}
+
+void ring_plane_vertex(const ring_params *p, int ring, int column, float out[3])
+{
+    set_vertex(p, column, ring_plane_radius(ring_angle(p, ring)), 0, out);
 }

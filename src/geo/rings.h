@@ -30,9 +30,17 @@ double ring_angle(const ring_params *p, double ring);
 // the focus.
 double ring_level_of_angle(double angle);
 
+// On a plane a ring has the radius 2 tan(angle / 2), its stereographic image: from the focus on
+// nearly the angle, and out of any map at level 0. And the angle at a distance.
+double ring_plane_radius(double angle);
+double ring_plane_angle(double distance);
+
 // n~ = sin(t) cos(az), e~ = sin(t) sin(az), v~ = 1 - cos(t) of a ring vertex, computed in double,
 // rounded once.
 void ring_vertex(const ring_params *p, int ring, int column, float out[3]);
+
+// The same on a plane: n~, e~ and 0.
+void ring_plane_vertex(const ring_params *p, int ring, int column, float out[3]);
 
 // Direction (cos az, sin az) of a column: exact zeros and signs on the axes, +-RING_SEAM not
 // included.

@@ -3,31 +3,14 @@
 // each other, so that a line through the camera is one in both.
 #include "geo/screen_grid.h"
 
-#include "geo/grid_hull.h"
 #include "geo/grid_rays.h"
+#include "geo/horizon.h"
+#include "geo/screen_grid_parts.h"
 
-enum { EDGE_STEPS = 16, RING_STEPS = 64, HALVINGS = 48 };
+enum { EDGE_STEPS = 16, RING_STEPS = 64 };
 
 // A little more than the picture, for its jitter and the straight lines between vertices.
 #define GROWN 1.005
-
-// The farthest that a grid reaches out of the picture, in half pictures.
-#define FARTHEST 1e7
-
-// A camera in the space of the unit sphere: a direction's x, y and depth by rows, and the direction
-// of x, y and depth 1 by columns.
-struct eye {
-    dvec3 row[3], column[3];
-};
-
-struct setting {
-    const grid_params *p;
-    struct grid_block *block;
-    struct eye view, sampling;
-    double half_x, half_y; // of the picture
-    dvec3 foot, up, axis;
-    struct grid_hull hull; // in the sampling picture: what must be covered besides the picture
-};
 
 static void set_vec(double out[4], dvec3 v, double w)
 {
@@ -60,7 +43,7 @@ static dvec3 covector(const struct geo_focus *f, dvec3 ecef)
 
 static struct eye eye_of(const grid_params *p, const geo_camera *camera)
 {
-    dmat3 eye = geo_eye_from_ecef(camera);
+    dmat3 eye = geo_eye_over(p->ellipsoid, camera);
     const dvec3 axes[3] = {eye.row[0], eye.row[1], dvec3_scale(eye.row[2], -1)};
     struct eye e;
     for (int i = 0; i < 3; i++) {
@@ -89,16 +72,18 @@ static dvec3 lowered(const struct setting *s, double g)
     return dvec3_mad(s->foot, s->up, k);
 }
 
-static double limb_angle(dvec3 from)
+static double limb_angle(const struct setting *s, dvec3 from)
 {
+    if (s->plane) return INFINITY;
     double d = dvec3_length(from);
     return d > 1 ? acos(1 / d) : 0;
 }
 
 // Cotangent of the angle from the vertical at which a place `angle` away is seen by a camera at a
 // scaled height k.
-static double cotangent_to(double k, double angle)
+static double cotangent_to(const struct setting *s, double k, double angle)
 {
+    if (s->plane) return k / angle;
     double h = sin(angle / 2);
     return (k + 2 * h * h) / sin(angle);
 }
@@ -107,7 +92,14 @@ static double cotangent_to(double k, double angle)
 static double highest_seen(const struct setting *s, double angle, double cotangent)
 {
     double h = sin(angle / 2), k = cotangent * sin(angle) - 2 * h * h;
+    if (s->plane) k = cotangent * angle;
     return s->p->camera.position.height - k / s->block->up[3];
+}
+
+// Scaled height of the camera over a sphere, or the plane, at height g.
+static double height_over(const struct setting *s, double g)
+{
+    return s->plane ? lowered(s, g).x : dvec3_length(lowered(s, g)) - 1;
 }
 
 // Each disc's radius halves, and the angle at which it is seen must fall by this at least: where
@@ -119,7 +111,7 @@ static int farthest_disc(const struct setting *s)
 {
     const grid_params *p = s->p;
     int far = p->disc_count - 1;
-    while (far > 0 && limb_angle(lowered(s, p->discs[far].low)) > p->discs[far].radius) far--;
+    while (far > 0 && limb_angle(s, lowered(s, p->discs[far].low)) > p->discs[far].radius) far--;
     return far;
 }
 
@@ -139,7 +131,7 @@ static void add_knots(struct setting *s, int far, double limb)
         double g = fmin(p->discs[i - 1].low, highest_seen(s, radius, least));
         if (g < low) continue;
         low = g;
-        b->base[knots][0] = cotangent_to(dvec3_length(lowered(s, g)) - 1, radius);
+        b->base[knots][0] = cotangent_to(s, height_over(s, g), radius);
         b->base[knots][1] = g;
         knots++;
     }
@@ -156,15 +148,16 @@ static bool set_base(struct setting *s)
     int far = farthest_disc(s);
     double low = narrow ? p->ground_m : p->discs[far].low;
     dvec3 c = lowered(s, low);
-    double k = dvec3_length(c) - 1;
+    double k = height_over(s, low);
     if (!(k > 0)) return false;
-    s->axis = dvec3_normalize(c);
+    s->axis = s->plane ? s->up : dvec3_normalize(c);
     set_vec(b->axis, s->axis, p->camera.position.height);
-    b->limb[0] = sqrt(k * (2 + k));
+    b->limb[0] = s->plane ? k / s->corner : sqrt(k * (2 + k));
     b->base[0][0] = b->limb[0];
     b->base[0][1] = low;
     b->base[0][2] = 1;
-    if (!narrow) add_knots(s, far, limb_angle(c));
+    b->base[0][3] = !s->plane;
+    if (!narrow) add_knots(s, far, limb_angle(s, c));
     return true;
 }
 
@@ -177,9 +170,11 @@ static void set_limb(struct setting *s)
 {
     const grid_params *p = s->p;
     struct grid_block *b = s->block;
+    b->limb[1] = b->limb[0];
+    if (s->plane) return;
     double scale = b->up[3], base = b->base[0][1], d = hypot(1, b->limb[0]);
     double low = fmin(base, p->discs[farthest_disc(s)].low);
-    double limb = atan(b->limb[0]), lowest_limb = limb_angle(lowered(s, low));
+    double limb = atan(b->limb[0]), lowest_limb = limb_angle(s, lowered(s, low));
     double end = limb, top = b->limb[0];
     for (int i = 0; i < p->disc_count; i++) {
         double inner = i + 1 < p->disc_count ? p->discs[i + 1].radius : 0;
@@ -198,23 +193,23 @@ static void set_limb(struct setting *s)
     if (!(b->limb[2] > 0)) b->limb[1] = b->limb[0];
 }
 
-struct span {
-    double low, high;
-};
-
-static bool span_empty(struct span s)
-{
-    return !(s.low <= s.high);
-}
-
 static double angle_between(dvec3 a, dvec3 b)
 {
     return 2 * asin(fmin(1, dvec3_length(dvec3_sub(a, b)) / 2));
 }
 
+// The same on a plane, where angles are distances.
+static struct span below_on_plane(const struct setting *s, dvec3 dir, double h)
+{
+    double k = height_over(s, h), at = k * hypot(dir.y, dir.z) / -dir.x;
+    if (k > 0) return dir.x < 0 ? (struct span){at, s->corner} : (struct span){1, 0};
+    return (struct span){0, dir.x > 0 ? fmin(at, s->corner) : s->corner};
+}
+
 // Between which angles from the foot a ray is no higher than h metres.
 static struct span below(const struct setting *s, dvec3 dir, double h)
 {
+    if (s->plane) return below_on_plane(s, dir, h);
     dvec3 c = lowered(s, h);
     double k = (s->p->camera.position.height - h) * s->block->up[3];
     double kk = k * (2 * s->block->foot[3] + k), dd = dvec3_dot(dir, dir);
@@ -229,6 +224,10 @@ static struct span below(const struct setting *s, dvec3 dir, double h)
 // vertical, which on an ellipsoid misses the centre.
 static dvec3 place_under(const struct setting *s, dvec3 dir, double angle)
 {
+    if (s->plane) {
+        double side = hypot(dir.y, dir.z);
+        return side > 0 ? dvec3_mad(s->foot, (dvec3){0, dir.y, dir.z}, angle / side) : s->foot;
+    }
     dvec3 normal = dvec3_cross(s->up, dir);
     double length = dvec3_length(normal);
     if (length <= 1e-14 * dvec3_length(dir)) normal = (dvec3){0, 0, length = 1}; // straight down
@@ -280,7 +279,7 @@ static dvec3 direction_to(const struct setting *s, dvec3 place)
 {
     const struct grid_block *b = s->block;
     double out = dvec3_dot(place, s->axis);
-    if (out * hypot(1, b->limb[0]) < 1) { // behind the limb
+    if (!s->plane && out * hypot(1, b->limb[0]) < 1) { // behind the limb
         double past = tan(fmin(acos(clamp_double(out, -1, 1)) - atan(b->limb[0]), 1.5));
         double q = b->limb[2] > 0 ? fmin(past / b->limb[2], 1) : 0;
         dvec3 side = dvec3_normalize(dvec3_mad(place, s->axis, -out));
@@ -372,171 +371,6 @@ static void find_hull(struct setting *s)
     grid_hull_close(&s->hull);
 }
 
-// Where a column of the sampling picture is inside the cone of cotangent c about the axis: an arc
-// about the column's nearest point to it.
-static struct span in_cone(const struct setting *s, double x, double c)
-{
-    const struct eye *e = &s->sampling;
-    dvec3 ahead = dvec3_mad(e->column[2], e->column[0], x), rise = e->column[1];
-    double unit = dvec3_length(rise), lean = dvec3_dot(ahead, rise) / unit;
-    dvec3 level = dvec3_mad(ahead, rise, -lean / unit);
-    double length = dvec3_length(level);
-    double down = -dvec3_dot(level, s->axis) / length, below_y = -dvec3_dot(rise, s->axis) / unit;
-    double reach = hypot(down, below_y), share = c / hypot(1, c) / reach;
-    if (share > 1) return (struct span){1, 0};
-    double middle = atan2(below_y, down), half = acos(fmax(share, -1));
-    const double edge = M_PI / 2 - 1e-9;
-    struct span r = {fmax(middle - half, -edge), fmin(middle + half, edge)};
-    if (span_empty(r)) {
-        double turn = middle > 0 ? -2 * M_PI : 2 * M_PI;
-        r = (struct span){fmax(middle - half + turn, -edge), fmin(middle + half + turn, edge)};
-    }
-    if (span_empty(r)) return r;
-    return (struct span){(tan(r.low) * length - lean) / unit, (tan(r.high) * length - lean) / unit};
-}
-
-// The column's part of the viewing picture: a part of a line between planes. A column along a side
-// of the picture counts as inside.
-static struct span in_view(const struct setting *s, double x)
-{
-    const struct eye *e = &s->sampling;
-    dvec3 ahead = dvec3_mad(e->column[2], e->column[0], x), rise = e->column[1];
-    struct span r = {-1e9, 1e9};
-    for (int i = 0; i < 4; i++) {
-        double half = i / 2 ? s->half_y : s->half_x, sign = i % 2 ? -1 : 1;
-        dvec3 plane = dvec3_mad(dvec3_scale(s->view.row[2], half), s->view.row[i / 2], sign);
-        double at = dvec3_dot(plane, ahead), slope = dvec3_dot(plane, rise);
-        if (fabs(slope) <= 1e-9 * half) {
-            if (at < -1e-9 * half) return (struct span){1, 0};
-        } else if (slope > 0) r.low = fmax(r.low, -at / slope);
-        else r.high = fmin(r.high, -at / slope);
-    }
-    return r;
-}
-
-static struct span both(struct span a, struct span b)
-{
-    return (struct span){fmax(a.low, b.low), fmin(a.high, b.high)};
-}
-
-static struct span around(struct span a, struct span b)
-{
-    if (span_empty(a)) return b;
-    if (span_empty(b)) return a;
-    return (struct span){fmin(a.low, b.low), fmax(a.high, b.high)};
-}
-
-// What of a column must be sampled: all that straight lines to the columns at `left` and `right`
-// need to keep the picture and the hull between them.
-static struct span column_span(const struct setting *s, double x, double left, double right)
-{
-    struct span cone = in_cone(s, x, s->block->limb[1]), more;
-    if (!grid_hull_between(&s->hull, left, right, &more.low, &more.high))
-        more = (struct span){1, 0};
-    more = around(more, in_view(s, x));
-    if (left < right) {
-        if (isfinite(left)) more = around(more, in_view(s, left));
-        if (isfinite(right)) more = around(more, in_view(s, right));
-    }
-    double far = FARTHEST * s->half_y;
-    return both(both(more, cone), (struct span){-far, far});
-}
-
-// The inverse of grid_unwarp, for `ahead` = 1.
-static double warp(double y, double half, double denser)
-{
-    double v = fabs(y) / half;
-    if (v > 1) return copysign(half + GRID_BEND * half * (1 - 1 / v), y);
-    double low = 0, high = 1;
-    for (int i = 0; i < HALVINGS && denser > 0; i++) {
-        double m = 0.5 * (low + high);
-        if (m * (1 - denser + denser * m * m) < v) low = m;
-        else high = m;
-    }
-    return copysign(half * (denser > 0 ? 0.5 * (low + high) : v), y);
-}
-
-static double unwarp(double w, double half, double denser)
-{
-    double ahead, above;
-    grid_unwarp(w, half, denser, &ahead, &above);
-    return ahead > 0 ? above / ahead : copysign(INFINITY, w); // the axis, or past it
-}
-
-// The last x between a column that has something to sample and an end that may not.
-static double find_end(const struct setting *s, double inside, double end, bool limb)
-{
-    for (int i = 0; i < HALVINGS; i++) {
-        double x = i ? 0.5 * (inside + end) : end;
-        struct span r = limb ? in_cone(s, x, s->block->limb[0]) : column_span(s, x, x, x);
-        if (!span_empty(r)) inside = x;
-        else end = x;
-        if (!i && !span_empty(r)) return end;
-    }
-    return inside;
-}
-
-static void snap(double *w, double to, double half_step)
-{
-    if (fabs(*w - to) < half_step) *w = to;
-}
-
-static void set_column(const struct setting *s, double x, double left, double right,
-                       struct grid_column *c)
-{
-    double half = s->half_y, denser = s->p->denser;
-    struct span r = column_span(s, x, left, right), limb = in_cone(s, x, s->block->limb[0]);
-    if (span_empty(r)) r.low = r.high = 0.5 * (r.low + r.high); // an end, by rounding
-    dvec3 ahead = dvec3_mad(s->sampling.column[2], s->sampling.column[0], x);
-    c->ahead[0] = ahead.x;
-    c->ahead[1] = ahead.y;
-    c->ahead[2] = ahead.z;
-    c->low = warp(r.low, half, denser);
-    c->high = warp(r.high, half, denser);
-    bool crosses = !span_empty(limb);
-    bool low = crosses && limb.low > r.low && limb.low < r.high;
-    bool high = crosses && limb.high > r.low && limb.high < r.high;
-    c->limb_low = low ? warp(limb.low, half, denser) : GRID_NOWHERE;
-    c->limb_high = high ? warp(limb.high, half, denser) : GRID_NOWHERE;
-    c->spare = 0;
-}
-
-// An x whose column has something to sample.
-static bool find_inside(const struct setting *s, double *x)
-{
-    const struct grid_hull *h = &s->hull;
-    double sum = 0;
-    for (int i = 0; i < h->count; i++) sum += h->point[i][0];
-    for (int i = -1; i < h->count; i++) {
-        *x = i < 0 ? sum / h->count : h->point[i][0];
-        if (h->count && !span_empty(column_span(s, *x, *x, *x))) return true;
-    }
-    return false;
-}
-
-// Columns at equal steps, the nearest moved to where the limb ends to the left and to the right.
-static bool set_columns(const struct setting *s, struct grid_column *columns)
-{
-    const struct grid_hull *h = &s->hull;
-    double inside, denser = s->p->denser;
-    if (!find_inside(s, &inside)) return false;
-    double left = fmin(h->point[0][0], -s->half_x),
-           right = fmax(h->point[h->count - 1][0], s->half_x);
-    double first = find_end(s, inside, left, false), last = find_end(s, inside, right, false);
-    double limb_left = find_end(s, inside, first, true),
-           limb_right = find_end(s, inside, last, true);
-    double from = warp(first, s->half_x, denser), to = warp(last, s->half_x, denser);
-    double step = (to - from) / (s->p->columns - 1);
-    for (int i = 0; i < s->p->columns; i++) {
-        double w = i == s->p->columns - 1 ? to : from + i * step;
-        snap(&w, warp(limb_left, s->half_x, denser), 0.5 * step);
-        snap(&w, warp(limb_right, s->half_x, denser), 0.5 * step);
-        set_column(s, unwarp(w, s->half_x, denser), unwarp(w - 1.5 * step, s->half_x, denser),
-                   unwarp(w + 1.5 * step, s->half_x, denser), &columns[i]);
-    }
-    return true;
-}
-
 // By how much, as an angle, ground may stand beside the vertical plane of the ray that meets it:
 // over a place s metres away verticals lean sideways by up to e2 s / (4 A), times their height.
 static double aside(const grid_params *p)
@@ -550,10 +384,14 @@ bool grid_make(const grid_params *p, struct grid_block *block, struct grid_colum
 {
     geo_ellipsoid e = p->ellipsoid;
     geodetic under = {p->camera.position.lat, p->camera.position.lon, 0};
-    struct setting s = {.p = p, .block = block};
+    struct setting s = {.p = p, .block = block, .plane = geo_is_plane(e)};
     *block = (struct grid_block){.foot = {0}};
-    dvec3 up = to_scaled(p->focus, geo_normal(under.lat, under.lon));
+    dvec3 up = to_scaled(p->focus, geo_up_at(e, under.lat, under.lon));
     s.foot = dvec3_normalize(to_scaled(p->focus, geo_ecef_from_geodetic(e, under)));
+    if (s.plane) {
+        s.foot = (dvec3){0, under.lon - p->focus->lon, under.lat - p->focus->lat};
+        s.corner = geo_horizon_angle(e, geo_ecef_from_geodetic(e, under), 0, 0);
+    }
     s.up = dvec3_normalize(up);
     set_vec(block->foot, s.foot, dvec3_dot(s.foot, s.up));
     set_vec(block->up, s.up, dvec3_length(up));
@@ -569,7 +407,7 @@ bool grid_make(const grid_params *p, struct grid_block *block, struct grid_colum
     set_vec(block->row_axis, s.sampling.column[1], s.half_y);
     block->limb[3] = p->denser;
     find_hull(&s);
-    return set_columns(&s, columns);
+    return grid_set_columns(&s, columns);
 }
 
 void grid_ray(const grid_params *p, const struct grid_block *block, const struct grid_column *c,

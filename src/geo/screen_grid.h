@@ -8,7 +8,8 @@
 // does, whichever ends first, so that every sample lies on the planet: a sky shrinks the grid, and
 // from space the columns are chords of the disc. Beyond the limb, where summits can show, a few
 // rows go on. Where ground can rise into the picture from outside it, the columns go on that far
-// (their eq. 3), as the heights of the discs around the camera tell.
+// (their eq. 3), as the heights of the discs around the camera tell. On a plane nothing ends at a
+// limb: the columns end where the map's farthest corner is.
 //
 // Pure functions. Any thread.
 #ifndef PERIGEE_GEO_SCREEN_GRID_H
@@ -44,7 +45,7 @@ enum { GRID_DISCS_MAX = 25 };
 
 // Bounds of all heights within an angle of the place under the camera, m.
 typedef struct grid_disc {
-    double radius, low, high;
+    double radius, low, high; // radius: rad, on a plane in radii
 } grid_disc;
 
 typedef struct grid_params {
@@ -69,7 +70,8 @@ bool grid_make(const grid_params *params, struct grid_block *block, struct grid_
 double grid_lowest_m(const grid_params *params);
 
 // Direction of the ray of a row and a column, and the place under it: unit vectors u, e, n about
-// the focus on the sphere of reduced latitude. The direction is not of unit length.
+// the focus on the sphere of reduced latitude; on a plane 0 and the map's coordinates from the
+// focus. The direction is not of unit length.
 void grid_ray(const grid_params *params, const struct grid_block *block,
               const struct grid_column *column, int row, double direction[3], double place[3]);
 

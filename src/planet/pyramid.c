@@ -82,7 +82,9 @@ static status add_over(struct pyramid *p, const pyramid_layer *layer, const pyra
 {
     const struct planet_meta *m = &layer->source->meta;
     const geo_ellipsoid *e = &p->meta.ellipsoid;
-    double off = fmax(fabs(m->ellipsoid.a - e->a), fabs(m->ellipsoid.b - e->b));
+    double b =
+        geo_is_plane(*e) ? m->ellipsoid.a : m->ellipsoid.b; // a plane is of the equator's scale
+    double off = fmax(fabs(m->ellipsoid.a - e->a), fabs(b - e->b));
     if (m->ellipsoid.a > 0 && off > 1e-3 * e->a) {
         log_error("%s: of a body with radii %.0f and %.0f m, which cannot lie on one with %.0f and "
                   "%.0f m",
@@ -115,6 +117,8 @@ status pyramid_create_stack(const pyramid_layer *layers, int count, const pyrami
     int parts = count > 1 ? count + 1 : 1;
     struct pyramid *p = layer_create(layers[0].source, params, parts);
     if (!(p->own.ellipsoid.a > 0)) p->own.ellipsoid = p->meta.ellipsoid = GEO_WGS84;
+    if (params->flat && !geo_is_plane(p->meta.ellipsoid))
+        p->own.ellipsoid = p->meta.ellipsoid = geo_plane_of(p->meta.ellipsoid);
     p->overs = NEW_ARRAY(struct pyramid *, (size_t)count);
     p->opacity = NEW_ARRAY(float, (size_t)count);
     status s = OK;

@@ -17,6 +17,7 @@ struct pyramid;
 typedef struct pyramid_params {
     size_t cache_bytes;       // bound of all tiles held, at least 16 MiB; 0: 256 MiB
     enum synthesis synthesis; // detail below the data
+    bool flat;                // the body is the map as a plane
 } pyramid_params;
 
 // One tile held in the cache: heights (LAYER_HEIGHT) or RGBA (LAYER_COLOR: sRGB-encoded R, G, B,

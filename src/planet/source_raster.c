@@ -214,7 +214,7 @@ static char *planet_wkt(OGRSpatialReferenceH srs, geo_ellipsoid *ellipsoid)
         *ellipsoid = GEO_WGS84;
     } else {
         lonlat = OSRCloneGeogCS(srs);
-        *ellipsoid = (geo_ellipsoid){a, b};
+        *ellipsoid = (geo_ellipsoid){.a = a, .b = b};
     }
     if (lonlat) OSRExportToWkt(lonlat, &wkt);
     OSRDestroySpatialReference(lonlat);

@@ -265,7 +265,7 @@ static status get_planet(const struct place *at, const cJSON *extra, struct plan
         !(radii[0] > 1e3 && radii[0] < 1e9 && radii[1] > 0.5 * radii[0] && radii[1] < 2 * radii[0]))
         s = fault(at, "ellipsoid", "is not two radii in metres");
     if (!s && !(range[0] <= range[1])) s = fault(at, "heightRange", "is empty");
-    m->ellipsoid = (geo_ellipsoid){radii[0], radii[1]};
+    m->ellipsoid = (geo_ellipsoid){.a = radii[0], .b = radii[1]};
     m->height_min = range[0];
     m->height_max = range[1];
     return s;

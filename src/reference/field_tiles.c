@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
-#include "reference/geographic.h"
+#include "reference/body.h"
 
 #define RAD (M_PI / 180)
 
@@ -42,8 +42,30 @@ struct span {
     double lon, half; // rad
 };
 
+// On a plane: the rectangle of the map about what is within `far`.
+static struct span plane_span(const struct field *f)
+{
+    geo_ellipsoid e = field_ellipsoid(f);
+    const field_sight *sight = &f->params.sight;
+    double lat, lon, height, step = grid_step_lat(f->params.zoom) * TILE_SIZE,
+                             reach = sight->far > 0 ? sight->far / e.a : INFINITY;
+    body_locate(e, sight->eye, &lat, &lon, &height);
+    lat *= RAD;
+    lon *= RAD;
+    double north = clamp_double(lat + reach, -e.half_lat, e.half_lat),
+           south = clamp_double(lat - reach, -e.half_lat, e.half_lat),
+           east = clamp_double(lon + reach, -e.half_lon, e.half_lon),
+           west = clamp_double(lon - reach, -e.half_lon, e.half_lon);
+    int last = grid_rows(f->params.zoom) - 1;
+    struct span s = {.lon = 0.5 * (west + east), .half = 0.5 * (east - west)};
+    s.first = (int)clamp_double(floor((M_PI / 2 - north) / step) - 1, 0, last);
+    s.last = (int)clamp_double(floor((M_PI / 2 - south) / step) + 1, 0, last);
+    return s;
+}
+
 static struct span span_of(const struct field *f, double angle)
 {
+    if (geo_is_plane(field_ellipsoid(f))) return plane_span(f);
     geo_ellipsoid e = field_ellipsoid(f);
     dvec3 eye = f->params.sight.eye;
     double lat = atan2(eye.z / e.b, hypot(eye.x, eye.y) / e.a);
@@ -84,28 +106,31 @@ static bool list_candidates(struct field *f, const struct span *s, size_t *count
 }
 
 // Every point of the tile's ground, and of the ground that its samples shape, is within `radius`
-// of `centre`.
+// of `centre`. turned: whole turns of longitude to where it is looked for, which a plane tells
+// apart.
 struct ball {
     dvec3 centre;
     double radius;
 };
 
-static struct ball ball_of(geo_ellipsoid e, tile_id id, double low, double high)
+static struct ball ball_of(geo_ellipsoid e, tile_id id, int turned, double low, double high)
 {
-    double west, south, east, north, middle[3];
+    double west, south, east, north;
     grid_bounds(id, &west, &south, &east, &north);
-    reference_ecef(e.a, e.b, 0.5 * (south + north) / RAD, 0.5 * (west + east) / RAD,
-                   0.5 * (low + high), middle);
+    if (turned) west += turned * 2 * M_PI, east += turned * 2 * M_PI;
+    dvec3 middle =
+        body_point(e, 0.5 * (south + north) / RAD, 0.5 * (west + east) / RAD, 0.5 * (low + high));
     double lat_room = REACH_SAMPLES * grid_step_lat(id.zoom),
            lon_room = REACH_SAMPLES * (east - west) / TILE_SIZE;
     double meridian = fmax(e.a * e.a / e.b, e.b * e.b / e.a), prime = fmax(e.a * e.a / e.b, e.a);
     double nearest = fmin(fabs(south), fabs(north)) - lat_room;
     double parallel = south < lat_room && north > -lat_room ? 1 : cos(fmax(nearest, 0));
+    if (geo_is_plane(e)) parallel = 1;
     double top = fmax(high, 0);
     double radius = (meridian + top) * (0.5 * (north - south) + lat_room) +
                     (prime + top) * parallel * fmin(0.5 * (east - west) + lon_room, M_PI) +
                     0.5 * (high - low);
-    return (struct ball){{middle[0], middle[1], middle[2]}, radius * (1 + 1e-9)};
+    return (struct ball){middle, radius * (1 + 1e-9)};
 }
 
 static bool in_sight(const field_sight *s, const struct ball *ball)
@@ -144,7 +169,8 @@ status field_list_tiles(struct field *f, double low, double high)
         for (int j = 0; j < r->count && !s; j++) {
             tile_id id = {LAYER_HEIGHT, f->params.zoom, f->first_row + i,
                           field_wrap(r->first + j, r->cols)};
-            struct ball ball = ball_of(e, id, low, high);
+            int turned = (int)floor((double)(r->first + j) / r->cols);
+            struct ball ball = ball_of(e, id, turned, low, high);
             bool seen = in_sight(&f->params.sight, &ball);
             f->index[r->at + (size_t)j] = seen ? (int32_t)f->tiles : -1;
             if (seen) s = add_tile(f, id, &room);

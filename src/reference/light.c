@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "reference/body.h"
+
 #define RAD (M_PI / 180)
 
 #define CONVEX_CONTRAST 0.6
@@ -26,9 +28,16 @@ struct star {
 static struct star read_star(struct field_reader *reader, const ray_hit *hit, double reach)
 {
     struct star s = {.centre = hit->height, .reach = reach};
+    bool plane = geo_is_plane(field_ellipsoid(reader->field));
     double sin_lat = sin(hit->lat * RAD), cos_lat = cos(hit->lat * RAD);
     for (int k = 0; k < AROUND; k++) {
         double azimuth = k * M_PI / 4, far = k % 2 ? M_SQRT2 * reach : reach;
+        if (plane) {
+            double to = hit->lat + far * cos(azimuth) / RAD;
+            s.around[k] = field_height(reader, clamp_double(to, -90, 90),
+                                       hit->lon + far * sin(azimuth) / RAD);
+            continue;
+        }
         double along = sin(far) * cos(azimuth), across = sin(far) * sin(azimuth);
         double to_axis = cos_lat * cos(far) - sin_lat * along;
         double lat = atan2(sin_lat * cos(far) + cos_lat * along, hypot(to_axis, across));
@@ -46,30 +55,10 @@ static double convexity(const struct star *s, double radius)
     return above / (fabs(above) + HALF_CONVEX);
 }
 
-// The frame of a place and the ellipsoid's radii of curvature there.
-struct place {
-    dvec3 east, north, up;
-    double prime, meridian;
-};
-
-static struct place place_of(geo_ellipsoid e, const ray_hit *hit)
+static dvec3 normal_of(const body_frame *p, const struct star *s)
 {
-    double sl = sin(hit->lat * RAD), cl = cos(hit->lat * RAD), so = sin(hit->lon * RAD),
-           co = cos(hit->lon * RAD);
-    double e2 = 1 - (e.b / e.a) * (e.b / e.a), w2 = 1 - e2 * sl * sl;
-    double prime = e.a / sqrt(w2);
-    return (struct place){.east = {-so, co, 0},
-                          .north = {-sl * co, -sl * so, cl},
-                          .up = {cl * co, cl * so, sl},
-                          .prime = prime,
-                          .meridian = prime * (1 - e2) / w2};
-}
-
-static dvec3 normal_of(const struct place *p, const struct star *s)
-{
-    double to_north =
-        (s->around[NORTH] - s->around[SOUTH]) / (2 * s->reach * (p->meridian + s->centre));
-    double to_east = (s->around[EAST] - s->around[WEST]) / (2 * s->reach * (p->prime + s->centre));
+    double to_north = (s->around[NORTH] - s->around[SOUTH]) / (2 * s->reach * p->per_lat);
+    double to_east = (s->around[EAST] - s->around[WEST]) / (2 * s->reach * p->per_east);
     return dvec3_normalize(dvec3_mad(dvec3_mad(p->up, p->north, -to_north), p->east, -to_east));
 }
 
@@ -79,11 +68,11 @@ void light_at(struct field_reader *reader, const ray_hit *hit, dvec3 dir, dvec3 
     static const double sky[3] = {0.16, 0.19, 0.25}, lamp[3] = {1.0, 0.78, 0.45},
                         rock[3] = {0.14, 0.12, 0.10};
     geo_ellipsoid e = field_ellipsoid(reader->field);
-    struct place p = place_of(e, hit);
+    body_frame p = body_frame_at(e, hit->lat, hit->lon, hit->height);
     // The shader's vertical is that of the scaled space.
     double cl = cos(hit->lat * RAD) * e.a, sl = sin(hit->lat * RAD) * e.b;
     dvec3 flat = {p.up.x * e.a, p.up.y * e.a, p.up.z * e.b};
-    dvec3 up = dvec3_scale(flat, 1 / hypot(cl, sl));
+    dvec3 up = geo_is_plane(e) ? p.up : dvec3_scale(flat, 1 / hypot(cl, sl));
     double facing = clamp_double(-dvec3_dot(up, dir), 0.04, 1);
     double footprint = fmax(hit->t, 1e-3) * pixel / sqrt(facing);
     double reach = fmax(grid_step_lat(field_zoom(reader->field)), footprint / e.a);

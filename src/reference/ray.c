@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-#include "reference/geographic.h"
+#include "reference/body.h"
 
 #define RAD (M_PI / 180)
 
@@ -37,13 +37,11 @@ static struct knot knot_at(const struct caster *c, double t, const struct knot *
 {
     dvec3 p = dvec3_mad(c->origin, c->dir, t);
     struct knot k = {.t = t, .rho = hypot(p.x, p.y)};
-    const double xyz[3] = {p.x, p.y, p.z};
-    reference_geodetic(c->e.a, c->e.b, xyz, &k.lat, &k.lon, &k.height);
-    double sl = sin(k.lat * RAD), cl = cos(k.lat * RAD), so = sin(k.lon * RAD),
-           co = cos(k.lon * RAD);
-    k.climb = dvec3_dot(c->dir, dvec3_make(cl * co, cl * so, sl));
-    k.north = dvec3_dot(c->dir, dvec3_make(-sl * co, -sl * so, cl));
-    if (before) k.lon = before->lon + remainder(k.lon - before->lon, 360);
+    body_locate(c->e, p, &k.lat, &k.lon, &k.height);
+    body_frame f = body_frame_at(c->e, k.lat, k.lon, k.height);
+    k.climb = dvec3_dot(c->dir, f.up);
+    k.north = dvec3_dot(c->dir, f.north);
+    if (before && !geo_is_plane(c->e)) k.lon = before->lon + remainder(k.lon - before->lon, 360);
     return k;
 }
 
@@ -99,11 +97,14 @@ static bool find_patch(struct caster *c, const field_box *box, const struct knot
 // Bound of the second derivative of height above ground along a piece within the patch, 1/m.
 // With r the least radius of curvature and rho the least distance from the axis, |lat'| <= 1/r,
 // |lon'| <= 1/rho, |lon''| <= 2/rho^2, |lat''| <= (2 + m)/r^2 + 1/(r rho), where m bounds the
-// relative change of the meridian's radius by latitude; 0 <= g'' <= 1/r.
+// relative change of the meridian's radius by latitude; 0 <= g'' <= 1/r. On a plane all three are
+// linear.
 static double curvature_bound(const struct caster *c, const struct knot *a, const struct knot *b,
                               double low)
 {
     const patch_bounds *h = &c->bounds;
+    double plane = c->e.a * RAD;
+    if (geo_is_plane(c->e)) return (h->lat_lat + 2 * h->lat_lon + h->lon_lon) / (plane * plane);
     double ratio = c->e.a / c->e.b, q = fmax(ratio, 1 / ratio);
     double m = 1.5 * (q * q - 1) * q * q, r = least_radius(c, low);
     double rho = fmax(a->rho, b->rho) - (b->t - a->t);
@@ -219,11 +220,31 @@ static bool search(struct caster *c, const struct knot *first, const struct knot
     return false;
 }
 
+// Where the ray runs between two heights over a plane's map. One that comes in from the side below
+// the ground sees the planet from within: false.
+static bool clip_plane(const struct caster *c, double from, double to, double *t0, double *t1)
+{
+    double low, high, enter = 0, leave = INFINITY;
+    if (!body_over_map(c->e, c->origin, c->dir, &enter, &leave)) return false;
+    field_range(c->reader->field, &low, &high);
+    if (enter > 0) {
+        struct knot k = knot_at(c, enter, NULL);
+        if (k.height < field_height(c->reader, k.lat, k.lon)) return false;
+    }
+    double down = (low - HEIGHT_ROOM_M - c->origin.x) / c->dir.x,
+           up = (high + HEIGHT_ROOM_M - c->origin.x) / c->dir.x;
+    if (c->dir.x == 0) down = c->origin.x > high ? -INFINITY : INFINITY, up = -down;
+    *t0 = fmax(fmax(from, enter), fmin(down, up));
+    *t1 = fmin(fmin(to, leave), fmax(down, up));
+    return *t1 > *t0;
+}
+
 // Where the ray runs in the shell that holds all ground, from the scaled space in which the
 // ellipsoid is the unit sphere: ground at height h lies there between 1 + min(h, 0) / small and 1 +
 // max(h, 0) / small. False: never.
 static bool clip(const struct caster *c, double from, double to, double *t0, double *t1)
 {
+    if (geo_is_plane(c->e)) return clip_plane(c, from, to, t0, t1);
     double low, high, small = fmin(c->e.a, c->e.b);
     field_range(c->reader->field, &low, &high);
     dvec3 o = {c->origin.x / c->e.a, c->origin.y / c->e.a, c->origin.z / c->e.b};

@@ -6,7 +6,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
-#include "reference/geographic.h"
+#include "reference/body.h"
 #include "reference/light.h"
 #include "reference/normal.h"
 
@@ -25,10 +25,8 @@ struct aim {
 
 static struct aim aim_of(geo_ellipsoid e, const reference_camera *c)
 {
-    double xyz[3], sl = sin(c->lat_deg * RAD), cl = cos(c->lat_deg * RAD),
-                   so = sin(c->lon_deg * RAD), co = cos(c->lon_deg * RAD);
-    reference_ecef(e.a, e.b, c->lat_deg, c->lon_deg, c->alt_m, xyz);
-    dvec3 east = {-so, co, 0}, north = {-sl * co, -sl * so, cl}, up = {cl * co, cl * so, sl};
+    body_frame f = body_frame_at(e, c->lat_deg, c->lon_deg, c->alt_m);
+    dvec3 east = f.east, north = f.north, up = f.up;
     double sh = sin(c->heading_deg * RAD), ch = cos(c->heading_deg * RAD),
            sp = sin(c->pitch_deg * RAD), cp = cos(c->pitch_deg * RAD), sr = sin(c->roll_deg * RAD),
            cr = cos(c->roll_deg * RAD);
@@ -36,7 +34,7 @@ static struct aim aim_of(geo_ellipsoid e, const reference_camera *c)
     dvec3 forward = dvec3_mad(dvec3_scale(ahead, cp), up, sp);
     dvec3 right = dvec3_mad(dvec3_scale(east, ch), north, -sh);
     dvec3 top = dvec3_cross(right, forward);
-    return (struct aim){.origin = {xyz[0], xyz[1], xyz[2]},
+    return (struct aim){.origin = body_point(e, c->lat_deg, c->lon_deg, c->alt_m),
                         .right = dvec3_mad(dvec3_scale(right, cr), top, -sr),
                         .up = dvec3_mad(dvec3_scale(top, cr), right, sr),
                         .forward = forward};
@@ -179,11 +177,6 @@ static status check(const reference_params *p)
     return OK;
 }
 
-static dvec3 noon(dvec3 camera)
-{
-    return dvec3_normalize(dvec3_add(dvec3_normalize(camera), dvec3_make(0.42, -0.65, 0.38)));
-}
-
 static status render(struct picture *p, struct pool *pool)
 {
     int threads = pool_threads(pool);
@@ -237,7 +230,7 @@ status reference_render(const reference_params *params, const reference_planes *
     const struct planet_meta *m = pyramid_meta(params->pyramid);
     struct picture p = {.params = params, .planes = planes};
     p.aim = aim_of(m->ellipsoid, &params->camera);
-    p.sun = params->has_sun ? params->sun : noon(p.aim.origin);
+    p.sun = params->has_sun ? params->sun : body_noon(m->ellipsoid, p.aim.origin);
     p.pixel = 2 * tan(params->camera.fov_deg * RAD / 2) / params->height;
     struct pool *pool = pool_create(params->threads, 4);
     s = find_ground(&p, pool);

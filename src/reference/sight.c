@@ -5,7 +5,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
-#include "reference/geographic.h"
+#include "reference/body.h"
 
 // Doublings from a decimetre to beyond 10^12 m.
 enum { MAX_SHELLS = 48, SHELL_TILES = 8192 };
@@ -109,9 +109,8 @@ static status clearance_of(const struct sight *s, double *clearance)
 {
     const struct planet_meta *m = pyramid_meta(s->params.pyramid);
     dvec3 eye = s->params.view.eye;
-    const double xyz[3] = {eye.x, eye.y, eye.z};
     double lat, lon, height, ground;
-    reference_geodetic(m->ellipsoid.a, m->ellipsoid.b, xyz, &lat, &lon, &height);
+    body_locate(m->ellipsoid, eye, &lat, &lon, &height);
     status failed = pyramid_height_at(s->params.pyramid, finest_stored(m), lat * (M_PI / 180),
                                       lon * (M_PI / 180), &ground);
     *clearance = fmax(height - ground, LEAST_CLEARANCE_M);
@@ -122,8 +121,7 @@ static status create_shells(struct task *t)
 {
     struct sight *s = t->sight;
     const struct planet_meta *m = pyramid_meta(s->params.pyramid);
-    double clearance,
-        reach = dvec3_length(s->params.view.eye) + 2 * fmax(m->ellipsoid.a, m->ellipsoid.b);
+    double clearance, reach = body_reach(m->ellipsoid, s->params.view.eye);
     status failed = clearance_of(s, &clearance);
     double first = 0.25 * clearance;
     int count = 1 + (int)ceil(log2(reach / first));

@@ -52,12 +52,26 @@ cell_span cell_vertices(const ring_params *rings, int cell)
 
 static dvec3 surface_point(const cell_view *v, double angle, double azimuth, double height)
 {
+    if (geo_is_plane(v->ellipsoid)) {
+        double r = ring_plane_radius(angle);
+        geodetic g = {v->lat + r * cos(azimuth), v->lon + r * sin(azimuth), height};
+        return dvec3_sub(geo_ecef_from_geodetic(v->ellipsoid, g), v->camera);
+    }
     double n = sin(angle) * cos(azimuth), y = sin(angle) * sin(azimuth), c = cos(angle);
     double x = v->cb * c - v->sb * n, z = v->sb * c + v->cb * n;
     dvec3 p = {v->ellipsoid.a * x, v->ellipsoid.a * y, v->ellipsoid.b * z};
     dvec3 normal =
         dvec3_normalize(dvec3_make(x / v->ellipsoid.a, y / v->ellipsoid.a, z / v->ellipsoid.b));
     return dvec3_sub(dvec3_mad(p, normal, height), v->camera);
+}
+
+// By how much arcs leave the points that bound a cell, on the unit sphere; on a plane the rays
+// from the focus are straight.
+static double bend_of(const cell_view *v, double inner, double outer)
+{
+    double turn = 1 - cos(M_PI / (2 * CELL_SECTORS));
+    if (geo_is_plane(v->ellipsoid)) return ring_plane_radius(outer) * turn;
+    return sin(fmin(outer, M_PI / 2)) * turn + (1 - cos((outer - inner) / 4));
 }
 
 bool cell_visible(const ring_params *rings, const cell_view *v, int cell, int last, double low,
@@ -68,12 +82,11 @@ bool cell_visible(const ring_params *rings, const cell_view *v, int cell, int la
     double per_band = (double)rings->rings_per_level / CELL_BANDS;
     double outer = ring_angle(rings, fill ? (last + 1) * rings->rings_per_level : band * per_band);
     double inner = fill ? 0 : ring_angle(rings, (band + 1) * per_band);
-    if (inner > v->horizon + v->nadir_angle) return false;
+    double nearest = geo_is_plane(v->ellipsoid) ? ring_plane_radius(inner) : inner;
+    if (nearest > v->horizon + v->nadir_angle) return false;
 
     double width = 2 * M_PI / CELL_SECTORS, first = sector * width;
-    double bend =
-        sin(fmin(outer, M_PI / 2)) * (1 - cos(width / 4)) + (1 - cos((outer - inner) / 4));
-    double slack = bend * (v->ellipsoid.a + fmax(fabs(low), fabs(high)));
+    double slack = bend_of(v, inner, outer) * (v->ellipsoid.a + fmax(fabs(low), fabs(high)));
     bool inside[5] = {false};
     for (int i = 0; i < 18; i++) {
         double angle = inner + (outer - inner) * 0.5 * (i % 3),

@@ -30,11 +30,13 @@ cell_span cell_vertices(const ring_params *rings, int cell);
 // normals.
 typedef struct cell_view {
     geo_ellipsoid ellipsoid;
+    double lat, lon;    // of the focus
     double cb, sb;      // of the focus's reduced latitude
-    dvec3 camera;       // m from the planet's centre
+    dvec3 camera;       // m from the planet's centre, or from the plane's origin
     dvec3 plane[5];     // left, right, bottom, top, front
     double horizon;     // angle from the camera's nadir beyond which nothing shows
-    double nadir_angle; // angle between the focus and the camera's nadir
+    double nadir_angle; // angle between the focus and the camera's nadir; on a plane both are
+                        // distances in radii
 } cell_view;
 
 // Can any terrain of the cell with heights in [low, high] be inside the frustum? `last`: finest

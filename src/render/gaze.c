@@ -49,10 +49,12 @@ static double clearance(struct probe *b, const geodetic *p)
     return p->height - ground - 0.02 * grid_step_lat(zoom) * m->ellipsoid.a;
 }
 
-// Height above samples about a sixty-fourth of the distance wide.
+// Height above samples about a sixty-fourth of the distance wide; NaN off a plane's map.
 static double gap_at(struct probe *b, dvec3 dir, double t)
 {
-    geodetic g = geo_geodetic_from_ecef(b->meta->ellipsoid, dvec3_mad(b->eye, dir, t));
+    geo_ellipsoid e = b->meta->ellipsoid;
+    geodetic g = geo_geodetic_from_ecef(e, dvec3_mad(b->eye, dir, t));
+    if (geo_is_plane(e) && (fabs(g.lat) > e.half_lat || fabs(g.lon) > e.half_lon)) return NAN;
     double rows = M_PI * b->meta->ellipsoid.a / (t / 64);
     int zoom = (int)clamp_double(floor(log2(rows / 256)), 0, finest_zoom(b->meta));
     return g.height - ground_at(b, &zoom, g.lat, g.lon);
@@ -66,6 +68,7 @@ static double distance_along(struct probe *b, dvec3 dir, double start)
     if (geo_geodetic_from_ecef(e, b->eye).height > top) t = geo_ray_ellipsoid(e, top, b->eye, dir);
     for (int i = 0; i < MAX_STEPS && t < 3 * e.a + 10 * start; i++) {
         double gap = gap_at(b, dir, t);
+        if (isnan(gap)) return NAN;
         if (gap < 2e-3 * t) return t;
         t += fmax(0.7 * gap, 0.02 * t);
     }
@@ -78,7 +81,7 @@ static double distance_along(struct probe *b, dvec3 dir, double start)
 static double distance_seen(struct probe *b, const geo_camera *c, double aspect, double start,
                             double *nearest)
 {
-    dmat3 eye = geo_eye_from_ecef(c);
+    dmat3 eye = geo_eye_over(b->meta->ellipsoid, c);
     double t = tan(c->fov_y / 2), sum = 0;
     int hits = 0;
     *nearest = INFINITY;
@@ -116,8 +119,12 @@ static gaze look(struct probe *b, const geo_camera *camera, double aspect)
     double distance = distance_seen(b, camera, aspect, fmax(down, 1), &nearest);
     nadir.exact = b->exact;
     if (isnan(distance)) return nadir;
-    dvec3 forward = dvec3_scale(geo_eye_from_ecef(camera).row[2], -1);
+    dvec3 forward = dvec3_scale(geo_eye_over(e, camera).row[2], -1);
     geodetic g = geo_geodetic_from_ecef(e, dvec3_mad(b->eye, forward, share * distance));
+    if (geo_is_plane(e)) {
+        g.lat = clamp_double(g.lat, -e.half_lat, e.half_lat);
+        g.lon = clamp_double(g.lon, -e.half_lon, e.half_lon);
+    }
     return (gaze){g.lat, g.lon, down + share * fmax(distance - down, 0), nearest, true, b->exact};
 }
 

@@ -25,6 +25,7 @@
 typedef struct geometry_params {
     const perigee_view_params *view; // complete; borrowed until `create` returns, as are the others
     const struct windows *windows;
+    geo_ellipsoid body;
     const char *defines; // text put before every shader
 } geometry_params;
 

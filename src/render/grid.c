@@ -202,7 +202,9 @@ static void set_discs(struct grid *g, const geometry_frame *f)
     grid_params *p = &g->params;
     p->disc_count = 0;
     for (int i = 0; i <= f->last && i < GRID_DISCS_MAX; i++) {
-        double low, high, radius = ldexp(M_PI, -i) - (i ? f->view.nadir_angle : 0);
+        double low, high, angle = ldexp(M_PI, -i),
+                          reach = geo_is_plane(p->ellipsoid) ? ring_plane_radius(angle) : angle;
+        double radius = reach - (i ? f->view.nadir_angle : 0);
         if (radius <= 0) break;
         windows_height_bounds(f->windows, i, &low, &high);
         p->discs[p->disc_count++] = (grid_disc){radius, low, high};

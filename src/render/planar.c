@@ -128,8 +128,10 @@ static status create(const geometry_params *params, struct geometry **out)
     struct planar *p = NEW(struct planar);
     p->form = v->planar_form;
     p->n = v->planar_n;
-    p->levels = v->levels;
-    p->kept = planar_elevation_kept(params->windows, p->levels);
+    p->plane = geo_is_plane(params->body);
+    p->levels = v->levels + (p->plane ? NEST_PLANE_LEVELS : 0);
+    if (p->levels > CLIPMAP_MAX_LEVELS) p->levels = CLIPMAP_MAX_LEVELS;
+    p->kept = planar_elevation_kept(params->windows, p->levels, p->plane);
     p->most_triangles = v->planar_triangles;
     p->cull = !v->no_cull;
     p->stale = true;
@@ -165,7 +167,15 @@ static void invalidate(struct geometry *geometry)
 
 static double seen_angle(const geometry_frame *f)
 {
-    return fmin(f->view.horizon + f->view.nadir_angle, M_PI);
+    double angle = f->view.horizon + f->view.nadir_angle;
+    return geo_is_plane(f->view.ellipsoid) ? angle : fmin(angle, M_PI);
+}
+
+static int finest_level(const struct planar *p, const geometry_frame *f, double *share)
+{
+    int wider = p->plane ? NEST_PLANE_LEVELS : 0;
+    return wider + nest_finest_level(p->n, f->projection->ellipsoid.a, f->gaze.distance,
+                                     p->levels - wider, share);
 }
 
 static void choose_levels(const struct geometry *geometry, const geometry_frame *f, int *first,
@@ -173,8 +183,7 @@ static void choose_levels(const struct geometry *geometry, const geometry_frame 
 {
     const struct planar *p = planar_of_const(geometry);
     double share;
-    *last =
-        nest_finest_level(p->n, f->projection->ellipsoid.a, f->gaze.distance, p->levels, &share);
+    *last = finest_level(p, f, &share);
     *first = nest_coarsest_level(p->n, &f->projection->focus, seen_angle(f), p->levels);
 }
 
@@ -185,7 +194,7 @@ static void choose_squares(struct planar *p, const geometry_frame *f)
     struct levels_block block;
     windows_fill_block(f->windows, &block);
     for (int i = f->first; i <= f->last; i++) {
-        p->square[i] = nest_square_at(p->n, i, focus->lat, focus->lon);
+        p->square[i] = nest_square_over(focus->ellipsoid, p->n, i, focus->lat, focus->lon);
         p->clip[i] = planar_elevation_clip(f->windows, &block, &p->square[i]);
     }
     p->first = f->first;
@@ -215,7 +224,7 @@ static void choose_together(struct planar *p)
 // The whole circle of the map closes.
 static void close_circle(struct planar *p)
 {
-    if (p->first == 0) p->active[0].column1 = p->n + 1;
+    if (p->first == 0 && !p->plane) p->active[0].column1 = p->n + 1;
 }
 
 // 2004, 5 and 6.1; with a bound of triangles the regions of all but the coarsest level shrink until
@@ -259,8 +268,7 @@ static void fill_squares(struct planar *p, const geometry_frame *f)
 {
     struct square_block blocks[CLIPMAP_MAX_LEVELS] = {0};
     double share;
-    int finest =
-        nest_finest_level(p->n, f->projection->ellipsoid.a, f->gaze.distance, p->levels, &share);
+    int finest = finest_level(p, f, &share);
     for (int i = p->first; i <= p->last; i++) {
         struct square_block *b = &blocks[i];
         planar_region a = p->active[i], finer = {0};
@@ -288,8 +296,8 @@ bool planar_visible(const struct planar *p, const geometry_frame *f, int level, 
                      .west = (r.column0 - s->view_column) * s->step,
                      .east = (r.column1 - s->view_column) * s->step};
     double low, high, pole_low, pole_high;
-    windows_height_bounds(f->windows, level, &low, &high);
-    if (fmax(fabs(rect.north), fabs(rect.south)) >= M_PI / 2) {
+    windows_height_bounds(f->windows, planar_height_level(s), &low, &high);
+    if (!p->plane && fmax(fabs(rect.north), fabs(rect.south)) >= M_PI / 2) {
         windows_height_bounds(f->windows, 0, &pole_low, &pole_high);
         low = fmin(low, pole_low);
         high = fmax(high, pole_high);

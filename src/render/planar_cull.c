@@ -23,6 +23,7 @@ double map_rect_angle(geo_ellipsoid e, double cb, double sb, map_rect r)
 
 static dvec3 terrain_point(const cell_view *v, double lat, double aside, double height)
 {
+    if (geo_is_plane(v->ellipsoid)) aside += v->lon;
     dvec3 p = geo_ecef_from_geodetic(v->ellipsoid, (geodetic){lat, aside, height});
     return dvec3_sub(p, v->camera);
 }
@@ -32,14 +33,31 @@ static double widest_parallel(map_rect r)
     return r.south <= 0 && r.north >= 0 ? 1 : fmax(cos(r.south), cos(r.north));
 }
 
+// Nothing of the rectangle lies on the plane's map.
+static bool off_map(const cell_view *v, map_rect r)
+{
+    geo_ellipsoid e = v->ellipsoid;
+    return r.south > e.half_lat || r.north < -e.half_lat || v->lon + r.west > e.half_lon ||
+           v->lon + r.east < -e.half_lon;
+}
+
+// By how much arcs leave the points that bound a rectangle, on the unit sphere.
+static double bend_of(map_rect r)
+{
+    return widest_parallel(r) * (1 - cos((r.east - r.west) / 4)) +
+           (1 - cos((r.north - r.south) / 4));
+}
+
 bool map_rect_visible(const cell_view *v, map_rect r, double low, double high)
 {
     if (r.south >= r.north) return false;
-    if (map_rect_angle(v->ellipsoid, v->cb, v->sb, r) > v->horizon + v->nadir_angle) return false;
+    bool plane = geo_is_plane(v->ellipsoid);
+    if (plane ? off_map(v, r)
+              : map_rect_angle(v->ellipsoid, v->cb, v->sb, r) > v->horizon + v->nadir_angle)
+        return false;
     // 3 x 3 x 2 points, and the sagitta of the arcs between them.
-    double bend =
-        widest_parallel(r) * (1 - cos((r.east - r.west) / 4)) + (1 - cos((r.north - r.south) / 4));
-    double a = v->ellipsoid.a, b = v->ellipsoid.b, widest = fmax(a * a / b, b * b / a);
+    double bend = plane ? 0 : bend_of(r), a = v->ellipsoid.a, b = v->ellipsoid.b,
+           widest = fmax(a * a / b, b * b / a);
     double slack = bend * (widest + fmax(fabs(low), fabs(high)));
     bool inside[5] = {false};
     for (int i = 0; i < 18; i++) {

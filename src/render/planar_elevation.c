@@ -75,15 +75,21 @@ size_t planar_elevation_bytes(const struct planar_elevation *e)
     return e->bytes;
 }
 
-static int sampled_level(const struct windows *w, int level)
+int planar_height_level(const nest_square *s)
 {
-    int own = level + (int)fmin(windows_lead(w), 0), last = windows_last_height(w);
+    int level = nest_globe_level(s->plane, s->level);
+    return level > 0 ? level : 0;
+}
+
+static int sampled_level(const struct windows *w, const nest_square *s)
+{
+    int own = planar_height_level(s) + (int)fmin(windows_lead(w), 0), last = windows_last_height(w);
     return own < 0 ? 0 : own > last ? last : own;
 }
 
-int planar_elevation_kept(const struct windows *w, int levels)
+int planar_elevation_kept(const struct windows *w, int levels, bool plane)
 {
-    int kept = windows_kept(w) - (int)fmin(windows_lead(w), 0);
+    int kept = windows_kept(w) - (int)fmin(windows_lead(w), 0) + (plane ? NEST_PLANE_LEVELS : 0);
     return windows_fleeting(w) && kept < levels ? kept : levels;
 }
 
@@ -92,7 +98,7 @@ int planar_elevation_kept(const struct windows *w, int levels)
 static void place_square(const nest_square *s, const window *held, const window_shape *shape,
                          float out[4])
 {
-    double circle = ldexp(s->n + 1, s->level), held_circle = ldexp(shape->cols, held->share);
+    double circle = (double)s->circle, held_circle = ldexp(shape->cols, held->share);
     double rows = ldexp(256, held->zoom) / (circle / 2), columns = held_circle / circle;
     double first = (double)s->column * columns - (double)held->rect.col0;
     double off = first + s->n / 2 * columns - shape->cols / 2.0;
@@ -111,7 +117,7 @@ static int clamp_index(double i, int n)
 planar_region planar_elevation_clip(const struct windows *w, const struct levels_block *block,
                                     const nest_square *s)
 {
-    int level = sampled_level(w, s->level);
+    int level = sampled_level(w, s);
     window held = windows_held(w, level);
     window_shape shape = windows_height_samples(w);
     float place[4];
@@ -124,9 +130,8 @@ planar_region planar_elevation_clip(const struct windows *w, const struct levels
         double at = (valid[i] + sign * MARGIN - first[k]) / step[k];
         ends[i] = clamp_index(sign > 0 ? ceil(at) : floor(at), s->n);
     }
-    int64_t pole = (int64_t)(s->n + 1) << s->level >> 1;
     if (ends[0] <= -s->row) ends[0] = -1;
-    if (ends[1] >= pole - s->row) ends[1] = s->n + 2;
+    if (ends[1] >= s->circle / 2 - s->row) ends[1] = s->n + 2;
     return (planar_region){ends[0], ends[1], ends[2], ends[3]};
 }
 
@@ -139,8 +144,8 @@ static void compute(const struct windows *w, const nest_square *s, const nest_sq
         window held = windows_held(w, i);
         place_square(s, &held, &shape, places[i]);
     }
-    int64_t pole = (int64_t)(s->n + 1) << s->level >> 1, far = 1 << 20;
-    int64_t north = -s->row, south = pole - s->row;
+    int64_t far = 1 << 20, north = -s->row, south = s->circle / 2 - s->row;
+    if (s->plane) north = -far, south = far;
     glUniform4i(0, s->level, sampled, (GLint)(north < -far ? -far : north),
                 (GLint)(south > far ? far : south));
     glUniform4i(1, coarser ? (GLint)(s->row / 2 - coarser->row) : 0,
@@ -154,15 +159,15 @@ uint64_t planar_elevation_update(struct planar_elevation *e, struct windows *w,
                                  const nest_square *squares, int coarsest, int first, int last)
 {
     uint64_t vertices = 0;
-    if (first >= e->kept) windows_make(w, sampled_level(w, first), false);
+    if (first >= e->kept) windows_make(w, sampled_level(w, &squares[first]), false);
     glUseProgram(e->program);
     glBindImageTexture(0, e->texture, 0, GL_TRUE, 0, GL_READ_WRITE, e->format);
     for (int i = first; i <= last; i++) {
         const nest_square *s = &squares[i];
         struct key key = {.row = s->row,
                           .column = s->column,
-                          .heights = windows_heights_version(w, i),
-                          .sampled = sampled_level(w, i),
+                          .heights = windows_heights_version(w, planar_height_level(s)),
+                          .sampled = sampled_level(w, s),
                           .coarser = i > coarsest};
         const struct key *held = &e->keys[i];
         if (i < e->kept && held->row == key.row && held->column == key.column &&

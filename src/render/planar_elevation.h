@@ -26,13 +26,16 @@ void planar_elevation_destroy(struct planar_elevation **elevation);
 GLuint planar_elevation_texture(const struct planar_elevation *e);
 size_t planar_elevation_bytes(const struct planar_elevation *e);
 
+// The height windows' level of a square.
+int planar_height_level(const nest_square *square);
+
 // The vertices of the square whose heights are there in its window, so that they borrow no coarser
 // level's (2004, 3: the clip region). May reach beyond the square.
 planar_region planar_elevation_clip(const struct windows *w, const struct levels_block *block,
                                     const nest_square *square);
 
 // The number of levels that are sampled from kept windows, of those there are.
-int planar_elevation_kept(const struct windows *w, int levels);
+int planar_elevation_kept(const struct windows *w, int levels, bool plane);
 
 // Brings the maps of levels first .. last up to date, coarse to fine (the uniform blocks and the
 // height windows are bound). coarsest: of the frame, which has no coarser one. A level that is not

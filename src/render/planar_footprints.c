@@ -116,7 +116,7 @@ static bool has_piece(const struct planar *p, int piece, int level)
     case PLANAR_BORDER:
         return level > p->first;
     case PLANAR_CLOSING:
-        return level == 0;
+        return level == 0 && !p->plane;
     default:
         return level < p->last && (int)trim_of(p, level) == piece;
     }

@@ -16,7 +16,7 @@ struct planar {
     enum perigee_planar_form form;
     int n, levels, kept;     // kept: levels with an elevation map of their own
     uint64_t most_triangles; // 0: no bound
-    bool cull;
+    bool cull, plane;
     bool stale, told; // tables are to be made again; the pole was spoken of
     struct planar_elevation *elevation;
     struct planar_footprints *footprints; // the form's own; the other is NULL

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 
 #define RAD(deg) ((deg) * (M_PI / 180))
+#define DEG(rad) ((rad) * (180 / M_PI))
 
 enum { FINEST_ZOOM = 20 }; // of the finest level
 
@@ -51,7 +52,8 @@ perigee_status perigee_planet_open(const char *path, const perigee_planet_params
     pyramid_params tiles = {.synthesis = params->no_synthesis      ? SYNTHESIS_NONE
                                          : params->plain_synthesis ? SYNTHESIS_PLAIN
                                                                    : SYNTHESIS_ERODED,
-                            .cache_bytes = params->cache_bytes};
+                            .cache_bytes = params->cache_bytes,
+                            .flat = params->flat};
     source_set_params sources = {.disk_path = params->tile_cache,
                                  .disk_bytes = params->tile_cache_bytes};
     p->sources = source_set_create(&sources);
@@ -77,6 +79,8 @@ void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *
     const struct planet_meta *m = pyramid_meta(planet->pyramid);
     *out = (perigee_planet_info){.equatorial_radius_m = m->ellipsoid.a,
                                  .polar_radius_m = m->ellipsoid.b,
+                                 .map_north_deg = DEG(m->ellipsoid.half_lat),
+                                 .map_east_deg = DEG(m->ellipsoid.half_lon),
                                  .height_min_m = m->height_min,
                                  .height_max_m = m->height_max,
                                  .height_zoom = m->max_zoom[LAYER_HEIGHT],

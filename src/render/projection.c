@@ -22,7 +22,7 @@ projection projection_make(geo_ellipsoid e, const geo_camera *camera, double foc
     p.camera_ecef = geo_ecef_from_geodetic(e, camera->position);
     p.focus = geo_focus_make(e, focus_lat, focus_lon, p.camera_ecef, camera->position.height);
     p.eye_from_meridian =
-        mat_mul(geo_eye_from_ecef(camera), dmat3_transpose(p.focus.meridian_from_ecef));
+        mat_mul(geo_eye_over(e, camera), dmat3_transpose(p.focus.meridian_from_ecef));
     return p;
 }
 
@@ -75,9 +75,12 @@ static dvec3 ray(const projection *p, double x, double y)
     return dvec3_mad(d, p->eye_from_meridian.row[1], y * t);
 }
 
-// The camera in the scaled space where the ellipsoid is the unit sphere, meridian frame.
+// The camera in the scaled space where the ellipsoid is the unit sphere, meridian frame; over a
+// plane as if a sphere touched it below the camera.
 static dvec3 scaled_camera(const projection *p)
 {
+    if (geo_is_plane(p->ellipsoid))
+        return dvec3_make(1 + p->camera.position.height / p->ellipsoid.a, 0, 0);
     dvec3 c = dmat3_mul(p->focus.meridian_from_ecef, p->camera_ecef);
     return dvec3_make(c.x / p->ellipsoid.a, c.y / p->ellipsoid.a, c.z / p->ellipsoid.b);
 }
@@ -98,16 +101,24 @@ void projection_fill_block(const projection *p, dvec3 sun_ecef, bool sky_glow, s
     dvec3 camera = scaled_camera(p);
     set4(b->camera, camera.x, camera.y, camera.z, dvec3_length(camera) - 1);
     dvec3 sun = dmat3_mul(f->meridian_from_ecef, sun_ecef);
-    set4(b->sun, sun.x, sun.y, sun.z, cos(f->lon));
+    bool plane = geo_is_plane(p->ellipsoid);
+    set4(b->sun, sun.x, sun.y, sun.z, plane ? 1 : cos(f->lon));
     double h = AIR_SCALE_HEIGHT_M / p->ellipsoid.a;
-    set4(b->atmosphere, 1 / h, 1 / h, sky_glow ? 1 : 0, sin(f->lon));
+    set4(b->atmosphere, 1 / h, 1 / h, sky_glow ? 1 : 0, plane ? 0 : sin(f->lon));
+    geo_ellipsoid e = p->ellipsoid;
+    set4(b->map_edge, -e.half_lat - f->lat, e.half_lat - f->lat, -e.half_lon - f->lon,
+         e.half_lon - f->lon);
     set4(b->screen, p->width, p->height, PROJECTION_NEAR_M,
          geo_pixel_size(1, p->camera.fov_y, p->height));
 }
 
 cell_view projection_cell_view(const projection *p, double lowest, double summit)
 {
-    cell_view v = {.ellipsoid = p->ellipsoid, .cb = p->focus.cb, .sb = p->focus.sb};
+    cell_view v = {.ellipsoid = p->ellipsoid,
+                   .lat = p->focus.lat,
+                   .lon = p->focus.lon,
+                   .cb = p->focus.cb,
+                   .sb = p->focus.sb};
     v.camera = dmat3_mul(p->focus.meridian_from_ecef, p->camera_ecef);
     double grow = 1 + 2.0 / fmin(p->width, p->height); // a pixel of room for the jitter
     dvec3 tl = ray(p, -grow, grow), tr = ray(p, grow, grow), bl = ray(p, -grow, -grow),
@@ -120,6 +131,8 @@ cell_view projection_cell_view(const projection *p, double lowest, double summit
     dvec3 nadir = dvec3_normalize(scaled_camera(p)), centre = dvec3_make(v.cb, 0, v.sb);
     v.nadir_angle = 2 * asin(fmin(1, dvec3_length(dvec3_sub(nadir, centre)) / 2));
     v.horizon = geo_horizon_angle(p->ellipsoid, p->camera_ecef, fmin(lowest, 0), summit);
+    const geodetic *at = &p->camera.position;
+    if (geo_is_plane(p->ellipsoid)) v.nadir_angle = hypot(at->lat - v.lat, at->lon - v.lon);
     return v;
 }
 
@@ -130,7 +143,9 @@ dvec3 projection_unproject(const projection *p, double x_px, double y_px, double
 
 int projection_first_level(const cell_view *view)
 {
-    double level = ring_level_of_angle(fmin(view->horizon + view->nadir_angle, M_PI));
+    double angle = fmin(view->horizon + view->nadir_angle, M_PI);
+    if (geo_is_plane(view->ellipsoid)) angle = ring_plane_angle(view->horizon + view->nadir_angle);
+    double level = ring_level_of_angle(angle);
     return level < 0 ? 0 : (int)floor(level);
 }
 

@@ -103,15 +103,17 @@ static void make_indices(struct spherical *s)
     free(indices);
 }
 
-static void make_rings(struct spherical *s)
+static void make_rings(struct spherical *s, bool plane)
 {
+    void (*vertex)(const ring_params *, int, int, float *) =
+        plane ? ring_plane_vertex : ring_vertex;
     int columns = ring_columns(&s->rings), rings = ring_count(&s->rings),
         rows = vertex_rows(&s->rings);
     size_t bytes = (size_t)rows * (size_t)columns * 3 * sizeof(float);
     float *v = NEW_ARRAY(float, (size_t)rows *(size_t)columns * 3);
     for (int r = 0; r < rings; r++)
         for (int c = 0; c < columns; c++)
-            ring_vertex(&s->rings, r, c, v + 3 * ((size_t)r * (size_t)columns + (size_t)c));
+            vertex(&s->rings, r, c, v + 3 * ((size_t)r * (size_t)columns + (size_t)c));
     glNamedBufferStorage(s->ring_buffer, (GLsizeiptr)bytes, v, 0);
     glNamedBufferStorage(s->place_buffer, (GLsizeiptr)bytes, NULL, 0);
     s->gpu_bytes += 2 * bytes;
@@ -131,7 +133,7 @@ static void make_vertex_array(struct spherical *s)
     glVertexArrayElementBuffer(s->vertex_array, s->index_buffer);
 }
 
-static status make_buffers(struct spherical *s, bool identify)
+static status make_buffers(struct spherical *s, bool identify, bool plane)
 {
     while (glGetError() != GL_NO_ERROR) {
     }
@@ -140,7 +142,7 @@ static status make_buffers(struct spherical *s, bool identify)
     glCreateBuffers(1, &s->index_buffer);
     glCreateBuffers(1, &s->cell_buffer);
     make_indices(s);
-    make_rings(s);
+    make_rings(s, plane);
     size_t work = (size_t)s->cells * 4 * sizeof(uint32_t);
     glNamedBufferStorage(s->cell_buffer, (GLsizeiptr)work, NULL, GL_DYNAMIC_STORAGE_BIT);
     s->gpu_bytes += work;
@@ -206,7 +208,7 @@ static status create(const geometry_params *params, struct geometry **out)
     s->bases = NEW_ARRAY(GLint, cells);
     s->drawn = NEW_ARRAY(int, cells);
     s->draw_strides = NEW_ARRAY(uint32_t, cells);
-    status r = make_buffers(s, v->identify);
+    status r = make_buffers(s, v->identify, geo_is_plane(params->body));
     if (!r) r = gpu_program_create_compute("place/place.comp", params->defines, &s->place_program);
     if (!r)
         r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", params->defines,

@@ -102,6 +102,10 @@ static geodetic point_at(const perigee_view *v, double x_px, double y_px, double
 static double level_at(const perigee_view *v, geodetic g)
 {
     const projection *p = &v->projection;
+    if (geo_is_plane(p->ellipsoid)) {
+        double distance = hypot(g.lat - p->focus.lat, g.lon - p->focus.lon);
+        return fmin(ring_level_of_angle(ring_plane_angle(distance)), v->last + 1.0);
+    }
     double b = geo_reduced_from_geodetic(p->ellipsoid, g.lat), db = b - p->focus.reduced,
            dl = g.lon - p->focus.lon;
     double s = sin(db / 2), t = sin(dl / 2);

@@ -28,6 +28,7 @@ static double clock_s(void)
 
 static status create_parts(perigee_view *v)
 {
+    geo_ellipsoid body = pyramid_meta(v->planet->pyramid)->ellipsoid;
     char defines[224];
     v->pool = pool_create(v->params.threads, 256);
     windows_params w = {.pyramid = v->planet->pyramid,
@@ -47,7 +48,8 @@ static status create_parts(perigee_view *v)
              v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "",
              v->params.seam_uncorrected ? "#define SEAM_UNCORRECTED 1\n" : "",
              v->params.identify ? "#define IDENTIFY 1\n" : "");
-    geometry_params g = {.view = &v->params, .windows = v->windows, .defines = defines};
+    geometry_params g = {
+        .view = &v->params, .windows = v->windows, .body = body, .defines = defines};
     v->scout = scout_create(v->planet->pyramid, v->pool);
     s = geometry_create(v->params.mode, &g, &v->geometry);
     if (!s) s = frame_init(&v->frame, defines, v->params.texcoord_vertex, v->params.identify);
@@ -173,9 +175,16 @@ void perigee_view_set_time_noon(perigee_view *v)
 // 30 to 90 degrees high everywhere and moves smoothly over poles and meridians.
 static dvec3 sun_direction(const perigee_view *v)
 {
+    const geodetic *at = &v->camera.position;
+    bool plane = geo_is_plane(v->projection.ellipsoid);
+    if (v->has_sun && plane) { // as it stands over the camera
+        dvec3 s = dmat3_mul(dmat3_transpose(geo_ecef_from_enu(at->lat, at->lon)), v->sun);
+        return (dvec3){s.z, s.x, s.y};
+    }
     if (v->has_sun) return v->sun;
     dvec3 fixed = {0.42, -0.65, 0.38}; // shorter than 1: never night
-    return dvec3_normalize(dvec3_add(dvec3_normalize(v->projection.camera_ecef), fixed));
+    dvec3 up = plane ? geo_normal(0, 0) : dvec3_normalize(v->projection.camera_ecef);
+    return dvec3_normalize(dvec3_add(up, fixed));
 }
 
 // True when it differs from the last frame's. Vertices stand relative to the camera, in the frame

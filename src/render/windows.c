@@ -56,7 +56,7 @@ struct windows {
         told_bytes;   // sent for deepen, ever; sent in all, ever, as told
     int last_height;  // finest level wanted
     double lead;      // by how many levels the heights are finer than the rings
-    char defines[40]; // before the shaders that use the arrays
+    char defines[64]; // before the shaders that use the arrays
     bool heights_changed, changed;
 };
 
@@ -95,8 +95,11 @@ static status create_layers(struct windows *w, const windows_params *p)
     bool all = !p->fleeting || !pyramid_synthesises(p->pyramid);
     c.levels = all ? levels : fleeting_kept(p->pyramid, &c.shape, levels);
     fleeting_init(&w->fleeting, p->pyramid, &c.shape, c.levels, levels);
+    const char *flat = geo_is_plane(w->ellipsoid) ? "#define FLAT 1\n" : "";
+    int used = snprintf(w->defines, sizeof w->defines, "%s", flat);
     if (c.levels < levels)
-        snprintf(w->defines, sizeof w->defines, "#define KEPT_LEVELS %d\n", c.levels);
+        snprintf(w->defines + used, sizeof w->defines - (size_t)used, "#define KEPT_LEVELS %d\n",
+                 c.levels);
     w->height = (struct layer){.shape = c.shape,
                                .levels = levels,
                                .kept = c.levels,

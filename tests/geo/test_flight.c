@@ -5,7 +5,7 @@
 
 #define DEG (M_PI / 180)
 
-static const geo_ellipsoid earth = {6378137.0, 6356752.314245179};
+static const geo_ellipsoid earth = {.a = 6378137.0, .b = 6356752.314245179};
 
 static flight_key key(double time_s, double lat, double lon, double alt, double heading,
                       double pitch)

@@ -8,10 +8,10 @@
 #define DEG (M_PI / 180)
 
 static const geo_ellipsoid bodies[] = {
-    {6378137.0, 6356752.314245179}, // WGS84
-    {1737400.0, 1737400.0},         // the Moon's sphere
-    {3396190.0, 3376200.0},         // Mars
-    {1000000.0, 1050000.0},         // prolate
+    {.a = 6378137.0, .b = 6356752.314245179}, // WGS84
+    {.a = 1737400.0, .b = 1737400.0},         // the Moon's sphere
+    {.a = 3396190.0, .b = 3376200.0},         // Mars
+    {.a = 1000000.0, .b = 1050000.0},         // prolate
 };
 enum { BODIES = sizeof bodies / sizeof *bodies };
 
@@ -172,7 +172,7 @@ static void ray(void **state)
                                           check_random_range(&random, -1, 1)});
         double t = geo_ray_ellipsoid(e, height, o, d);
         double far = isnan(t) ? 4 * dvec3_length(o) : t;
-        geo_ellipsoid grown = {e.a + height, e.b + height};
+        geo_ellipsoid grown = {.a = e.a + height, .b = e.b + height};
         for (int k = 1; k < 40; k++) {
             dvec3 p = dvec3_mad(o, d, far * k / 40);
             assert_true(hypot(hypot(p.x, p.y) / grown.a, p.z / grown.b) > 1);

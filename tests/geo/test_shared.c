@@ -155,7 +155,7 @@ static void stretch_fits(void **state)
     (void)state;
     static const double table[][2] = {
         {M_PI / 2, 0}, {M_PI / 4, 1.5e-4}, {M_PI / 16, 3.0e-4}, {M_PI / 48, 1.7e-4}};
-    geo_ellipsoid sphere = {1, 1};
+    geo_ellipsoid sphere = {.a = 1, .b = 1};
     for (int i = 0; i < 4; i++) {
         struct geo_focus f = geo_focus_make(sphere, M_PI / 2 - table[i][0], 0, (dvec3){0, 0, 0}, 0);
         check_near(fabs(f.stretch * sin(table[i][0]) - 1), table[i][1], 0.05e-4);

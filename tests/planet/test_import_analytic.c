@@ -69,7 +69,7 @@ static void test_every_sample(void **state)
     // The pole of the field is brought to 30 N 100 E, and the other way round.
     dmat3 turn = geo_ecef_from_enu(30 * RAD, 100 * RAD);
     assert_int_equal(analytic_planet_make_rotated(in_dir("turned.planet"), ZOOM, &turn,
-                                                  (geo_ellipsoid){6371000, 6371000}),
+                                                  (geo_ellipsoid){.a = 6371000, .b = 6371000}),
                      OK);
     check_all("turned.planet", &turn);
     struct planet_file *f = open_planet("turned.planet");

@@ -142,7 +142,7 @@ static void test_vertical_faults(void **state)
     assert_int_equal(import_above("f.tif", "sea", GEO_WGS84), ERR_ARGUMENT);
     assert_non_null(strstr(logged, "\"sea\""));
     assert_int_equal(import_above("f.tif", "EPSG:4326", GEO_WGS84), ERR_UNSUPPORTED);
-    assert_int_equal(import_above("f.tif", "egm96", (geo_ellipsoid){1737400, 1737400}),
+    assert_int_equal(import_above("f.tif", "egm96", (geo_ellipsoid){.a = 1737400, .b = 1737400}),
                      ERR_ARGUMENT);
     assert_non_null(strstr(logged, "the planet is another"));
     status s2008 = import_above("f.tif", "egm2008", GEO_WGS84);
@@ -263,13 +263,15 @@ static void test_moon(void **state)
     raster_spec s = patch("moon.tif", 10, 50, slope);
     s.crs = "+proj=longlat +R=1737400 +no_defs";
     write_raster(&s);
-    assert_int_equal(import_above("moon.tif", NULL, (geo_ellipsoid){1737400, 1737400}), OK);
+    assert_int_equal(import_above("moon.tif", NULL, (geo_ellipsoid){.a = 1737400, .b = 1737400}),
+                     OK);
     check_slope("v.planet", 10, 50, 0.02);
     raster_spec polar = patch("lunar-pole.tif", 0, 0, level_500);
     polar.crs = "+proj=stere +lat_0=90 +lon_0=0 +R=1737400 +no_defs";
     memcpy(polar.transform, (double[6]){-1e5, 2e3, 0, 1e5, 0, -2e3}, sizeof polar.transform);
     write_raster(&polar);
-    assert_int_equal(import_above("lunar-pole.tif", NULL, (geo_ellipsoid){1737400, 1737400}), OK);
+    assert_int_equal(
+        import_above("lunar-pole.tif", NULL, (geo_ellipsoid){.a = 1737400, .b = 1737400}), OK);
     struct planet_file *f = open_planet("v.planet");
     int zoom = planet_file_meta(f)->max_zoom[LAYER_HEIGHT];
     for (double lon = -180; lon < 180; lon += 30) {

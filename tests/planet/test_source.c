@@ -149,7 +149,7 @@ static void another_body_is_refused(void **state)
 {
     (void)state;
     struct plain ground = plain_make(0, 0, 1), over = plain_make(0, 0, 1);
-    over.source.meta.ellipsoid = (geo_ellipsoid){1737400, 1737400};
+    over.source.meta.ellipsoid = (geo_ellipsoid){.a = 1737400, .b = 1737400};
     pyramid_layer layers[] = {{&ground.source, 1}, {&over.source, 1}};
     struct pyramid *p;
     pyramid_params params = {0};

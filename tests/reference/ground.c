@@ -23,6 +23,11 @@ void ground_open(struct ground *g, geo_ellipsoid e, int zoom, ground_sample *sam
     assert_int_equal(planet_writer_finish(w, &meta), OK);
     planet_writer_close(&w);
     g->planet = fixture_open(&g->files, 0, false);
+    if (geo_is_plane(e)) {
+        const pyramid_params flat = {.flat = true};
+        pyramid_destroy(&g->planet.pyramid);
+        assert_int_equal(pyramid_create(g->planet.file, &flat, &g->planet.pyramid), OK);
+    }
     g->pool = pool_create(2, 4);
 }
 

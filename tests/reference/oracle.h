@@ -18,11 +18,18 @@ typedef struct oracle {
     long double slope;                                   // bound of |dh| / distance
     long double top;                                     // bound of h
     bool bicubic;                                        // false: bilinear
+    bool plane; // of the scale a; the map ends at the poles and half a turn away
 } oracle;
 
 static inline void oracle_geodetic(const oracle *o, const long double p[3], long double *lat,
                                    long double *lon, long double *height)
 {
+    if (o->plane) {
+        *lat = p[2] / o->a;
+        *lon = p[1] / o->a;
+        *height = p[0];
+        return;
+    }
     long double rho = hypotl(p[0], p[1]), e2 = 1 - o->b * o->b / (o->a * o->a);
     *lon = atan2l(p[1], p[0]);
     *lat = atan2l(p[2], rho * (1 - e2));
@@ -76,6 +83,7 @@ static inline long double oracle_clear(const oracle *o, const double origin[3], 
     long double p[3], lat, lon, height;
     for (int i = 0; i < 3; i++) p[i] = origin[i] + t * (long double)dir[i];
     oracle_geodetic(o, p, &lat, &lon, &height);
+    if (o->plane && (fabsl(lat) > PI_L / 2 || fabsl(lon) > PI_L)) return NAN;
     return height > o->top + 1 ? height - o->top : height - oracle_height(o, lat, lon);
 }
 
@@ -92,6 +100,7 @@ static inline long double oracle_trace(const oracle *o, const double origin[3], 
     *least = INFINITY;
     for (;;) {
         long double clear = oracle_clear(o, origin, dir, t);
+        if (isnan(clear)) return NAN;
         if (clear <= 0) break;
         *least = fminl(*least, clear);
         step = fmaxl(clear / rate, 1e-4L);

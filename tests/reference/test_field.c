@@ -8,7 +8,7 @@
 
 #define RAD (M_PI / 180)
 
-static const geo_ellipsoid sphere = {1e6, 1e6};
+static const geo_ellipsoid sphere = {.a = 1e6, .b = 1e6};
 
 // Places on borders: of two tiles at the equator; where rows of different widths meet (of zoom 3
 // the first tile row has samples twice as far apart in longitude as the second); the antimeridian.
@@ -152,7 +152,7 @@ static void check_boxes(const char *name, bool bicubic, int zoom, ground_sample 
     static const dvec3 eyes[] = {{1e9, 0, 0}, {-1e9, 1e7, 0}, {0, 1e8, 1e9}, {1e7, 0, -1e9}};
     struct ground g;
     struct check_random r = {29};
-    oracle o = {sphere.a, sphere.b, zoom, sample, 0, 0, bicubic};
+    oracle o = {sphere.a, sphere.b, zoom, sample, 0, 0, bicubic, false};
     double low, high, closest = INFINITY;
     int tried = 0;
     ground_open(&g, sphere, zoom, sample);
@@ -252,7 +252,7 @@ static void test_frames(void **state)
     struct ground g;
     ground_open(&g, sphere, 2, noise);
     for (int bicubic = 0; bicubic < 2; bicubic++) {
-        oracle o = {sphere.a, sphere.b, 2, noise, 0, 0, bicubic};
+        oracle o = {sphere.a, sphere.b, 2, noise, 0, 0, bicubic, false};
         reference_params p = {.pyramid = g.planet.pyramid,
                               .camera = {30, 50, 1e5, 20, -60, 0, 50},
                               .width = SIDE,

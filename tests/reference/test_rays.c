@@ -6,8 +6,9 @@
 #include "oracle.h"
 #include "reference/ray.h"
 
-static const geo_ellipsoid sphere = {1e6, 1e6}, wgs84 = {6378137.0, 6356752.314245179},
-                           lentil = {1e6, 8e5};
+static const geo_ellipsoid sphere = {.a = 1e6, .b = 1e6},
+                           wgs84 = {.a = 6378137.0, .b = 6356752.314245179},
+                           lentil = {.a = 1e6, .b = 8e5};
 
 static dvec3 random_direction(struct check_random *r)
 {
@@ -142,7 +143,7 @@ static void check_terrain(const char *name, bool bicubic, geo_ellipsoid e, groun
 {
     struct ground s;
     struct check_random r = {5};
-    oracle o = {e.a, e.b, 1, sample, slope, top, bicubic};
+    oracle o = {e.a, e.b, 1, sample, slope, top, bicubic, false};
     double worst = 0;
     int hits = 0, misses = 0, unsure = 0;
     const double pixel = 1e-3;

@@ -15,6 +15,15 @@ void gaps_read(perigee_view *view, struct gaps_frame *f)
     assert_int_equal(perigee_view_read_triangles(view, &triangles), 0);
 }
 
+// Does the ray meet the plane so many metres below the map?
+static bool meets_plane(const double o[3], const double d[3], double metres, double *along)
+{
+    double a = 6378137.0, edge[2] = {a * M_PI, a * M_PI / 2};
+    *along = (-metres - o[0]) / d[0];
+    return *along > 0 && fabs(o[1] + *along * d[1]) < edge[0] &&
+           fabs(o[2] + *along * d[2]) < edge[1];
+}
+
 // Does the ray meet the ellipsoid lowered by so many metres? `along`: where it comes closest.
 static bool meets_lowered(const double o[3], const double d[3], double metres, double *along)
 {
@@ -30,9 +39,23 @@ static bool meets_lowered(const double o[3], const double d[3], double metres, d
 static bool must_show(const perigee_camera *c, const double o[3], const double d[3], double limb_px)
 {
     double along, deep = ANALYTIC_HEIGHT_MAX + 1;
+    if (scene_is_flat()) return meets_plane(o, d, deep, &along);
     if (!meets_lowered(o, d, deep, &along)) return false;
     double pixel = 2 * tan(c->fov_deg * (M_PI / 360)) / GAPS_HEIGHT * along;
     return limb_px == 0 || meets_lowered(o, d, deep + limb_px * pixel, &along);
+}
+
+// Does the ray pass over the map no higher than the highest terrain, give or take some metres?
+static bool may_show(const double o[3], const double d[3])
+{
+    double from = 0, to = 1e12, a = 6378137.0;
+    const double half[3] = {ANALYTIC_HEIGHT_MAX + 1, a * M_PI + 1, a * M_PI / 2 + 1};
+    for (int i = 0; i < 3; i++) {
+        double s = (-half[i] - o[i]) / d[i], t = (half[i] - o[i]) / d[i];
+        from = fmax(from, fmin(s, t));
+        to = fmin(to, fmax(s, t));
+    }
+    return from < to;
 }
 
 // Distance along the axis of the ground that two opposite neighbours of pixel k both show, about
@@ -73,6 +96,7 @@ struct gaps_counts gaps_find(const perigee_camera *c, const struct gaps_frame *f
         scene_ray(c, GAPS_WIDTH, GAPS_HEIGHT, k % GAPS_WIDTH + 0.5, k / GAPS_WIDTH + 0.5, o, d);
         bool inside = must_show(c, o, d, limb_px), sky = isnan(f->z[k]);
         n.inside += inside;
+        n.beyond += scene_is_flat() && !sky && !may_show(o, d);
         n.background += inside && sky;
         n.cracks += cracked(c, f, k);
         n.unidentified += sky != (f->triangle[k] == 0);

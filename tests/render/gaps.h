@@ -35,6 +35,7 @@ struct gaps_counts {
                       // and by what the limb may lie too low
     int background;   // of those, how many show no planet
     int cracks;       // pixels that show what lies behind ground that their neighbours show
+    int beyond;       // flat: pixels that show ground off the map
     int unidentified; // pixels with depth but no triangle, or the other way round
 };
 

@@ -10,6 +10,17 @@
 
 static const double A = 6378137.0, B = 6356752.314245179;
 static gpu_target target;
+static bool flat;
+
+void scene_set_flat(bool on)
+{
+    flat = on;
+}
+
+bool scene_is_flat(void)
+{
+    return flat;
+}
 
 perigee_planet *scene_planet(void)
 {
@@ -23,7 +34,7 @@ perigee_planet *scene_planet(void)
         assert_int_equal(rename(own, path), 0);
     }
     perigee_planet *planet;
-    perigee_planet_params params = {.no_synthesis = true};
+    perigee_planet_params params = {.no_synthesis = true, .flat = flat};
     assert_int_equal(perigee_planet_open(path, &params, &planet), 0);
     return planet;
 }
@@ -64,6 +75,13 @@ void scene_ray(const perigee_camera *c, int width, int height, double x_px, doub
     double east[3] = {-sin(lon), cos(lon), 0},
            north[3] = {-sin(lat) * cos(lon), -sin(lat) * sin(lon), cos(lat)};
     double up[3] = {cos(lat) * cos(lon), cos(lat) * sin(lon), sin(lat)};
+    if (flat) {
+        const double axes[4][3] = {{c->alt_m, A * lon, A * lat}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+        memcpy(origin, axes[0], sizeof axes[0]);
+        memcpy(east, axes[1], sizeof east);
+        memcpy(north, axes[2], sizeof north);
+        memcpy(up, axes[3], sizeof up);
+    }
     double h = RAD(c->heading_deg), p = RAD(c->pitch_deg),
            t = tan(RAD(c->fov_deg ? c->fov_deg : 60) / 2);
     double u = (2 * x_px / width - 1) * t * width / height, v = (1 - 2 * y_px / height) * t;
@@ -77,6 +95,12 @@ void scene_ray(const perigee_camera *c, int width, int height, double x_px, doub
 
 void scene_geodetic(const double p[3], double *lat, double *lon, double *height)
 {
+    if (flat) {
+        *lat = p[2] / A;
+        *lon = p[1] / A;
+        *height = p[0];
+        return;
+    }
     double rho = hypot(p[0], p[1]), e2 = 1 - B * B / (A * A);
     *lon = atan2(p[1], p[0]);
     *lat = atan2(p[2], rho * (1 - e2));
@@ -93,6 +117,7 @@ static double above_terrain(const double o[3], const double d[3], double t)
     double p[3], lat, lon, height;
     for (int i = 0; i < 3; i++) p[i] = o[i] + t * d[i];
     scene_geodetic(p, &lat, &lon, &height);
+    if (flat && (fabs(lat) > RAD(90) || fabs(lon) > RAD(180))) return NAN;
     return height - analytic_height(lat, lon);
 }
 
@@ -101,6 +126,7 @@ double scene_trace(const double o[3], const double d[3])
     double t = 0, step = 0;
     for (int i = 0; i < 20000; i++) {
         double clear = above_terrain(o, d, t + step);
+        if (isnan(clear)) return NAN;
         if (clear <= 0) break;
         t += step;
         // The field's slope is far below 0.1, so a step of half the clearance cannot cross it.

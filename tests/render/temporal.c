@@ -46,7 +46,8 @@ const char *temporal_pebble(void)
     char own[64];
     if (!access(path, R_OK)) return path;
     snprintf(own, sizeof own, "pebble-%d.planet", (int)getpid());
-    assert_int_equal(analytic_planet_make_rotated(own, 4, NULL, (geo_ellipsoid){1e5, 99664}), 0);
+    assert_int_equal(
+        analytic_planet_make_rotated(own, 4, NULL, (geo_ellipsoid){.a = 1e5, .b = 99664}), 0);
     assert_int_equal(rename(own, path), 0);
     return path;
 }
