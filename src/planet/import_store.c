@@ -295,7 +295,7 @@ static status join_rows(struct heads *h, struct planet_writer *w, struct bounder
         if (!s) s = advance(h, best);
         // Heights come first; they are all written before another layer's tile is.
         if (!s && bounder && height && !is_height_next(h)) s = bounder_flush(bounder);
-        if (!s && *tiles % 256 == 0 && progress &&
+        if (!s && *tiles % 64 == 0 && progress &&
             progress(user, (double)*tiles / (double)(h->total + 1)))
             s = ERR_CANCELLED;
     }

@@ -1,5 +1,6 @@
 # An import by several processes gives the same file as by one, byte by byte; also when all of them are killed on the way and
 # others go on. With network namespaces, which need rights, the processes stand on two hosts that share a folder.
+# Also of heights within a bound.
 #   usage: test_mpi.sh PERIGEE MPIRUN
 set -euo pipefail
 perigee=$1 mpirun=$2
@@ -34,6 +35,16 @@ cmp "$dir/one/x.planet" "$dir/two/x.planet"
 echo "two processes: the same $(stat -c %s "$dir/two/x.planet") bytes; $(grep complete "$dir/log")"
 for rank in 0 1; do grep -q "process $rank of 2 made [1-9]" "$dir/log" || { cat "$dir/log"; exit 1; }; done
 [[ $(ls "$dir/two") == x.planet ]] || { ls "$dir/two"; exit 1; }
+
+# Within a bound, where rank 0 alone codes heights as it joins what all have made.
+bounded=(--codec bounded --max-error 4)
+mkdir "$dir"/{bounded1,bounded3}
+"$perigee" import -q "${sources[@]}" "${bounded[@]}" -o "$dir/bounded1/x.planet"
+"${launch[@]}" -n 3 "$perigee" import -q "${sources[@]}" "${bounded[@]}" -o "$dir/bounded3/x.planet"
+cmp "$dir/bounded1/x.planet" "$dir/bounded3/x.planet"
+sizes=("$(stat -c %s "$dir/one/x.planet")" "$(stat -c %s "$dir/bounded1/x.planet")")
+((sizes[1] < sizes[0])) || { echo "within a bound it is not smaller: ${sizes[*]}"; exit 1; }
+echo "three processes, heights within 4 m: the same ${sizes[1]} bytes of ${sizes[0]}"
 
 kills=0
 for s in 0.5 0.7 0.9; do

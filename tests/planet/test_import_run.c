@@ -326,17 +326,70 @@ static void test_resume(void **state)
     assert_true(access(in_dir("halves.planet.joining"), F_OK) != 0);
 }
 
-// The estimate is near what the import then makes.
-static void test_estimate(void **state)
+struct killer {
+    const char *stage;
+    double share;
+};
+
+static bool kill_at(void *user, const char *stage, double done)
+{
+    const struct killer *k = user;
+    if (!strcmp(stage, k->stage) && done >= k->share) kill(getpid(), SIGKILL);
+    return false;
+}
+
+// Heights within a bound hang together from coarse to fine and are coded as the parts are joined.
+// Killed there too, whatever was written of the file counts for nothing: the same file.
+static void test_resume_bounded(void **state)
 {
     (void)state;
+    import_params p;
+    import_source sources[2];
+    char whole[512], halves[512];
+    snprintf(whole, sizeof whole, "%s", in_dir("bounded.planet"));
+    snprintf(halves, sizeof halves, "%s", in_dir("killed.planet"));
+    set_up_large(&p, sources, whole);
+    p.max_error = 8;
+    assert_int_equal(import_run(&p), OK);
+    p.output = halves;
+    p.threads = 1;
+    bool done = resume_and_kill(p, 150);
+    static const double shares[] = {0, 0.3, 0.8};
+    for (int i = 0; i < 3 && !done; i++) {
+        struct killer killer = {"joining", shares[i]};
+        pid_t child = fork();
+        if (child == 0) {
+            p.resume = true;
+            p.progress = kill_at;
+            p.user = &killer;
+            _exit(import_run(&p) == OK ? 0 : 1);
+        }
+        int result = 0;
+        waitpid(child, &result, 0);
+        assert_true(WIFSIGNALED(result) && WTERMSIG(result) == SIGKILL);
+        assert_true(access(halves, F_OK) != 0);
+        assert_int_equal(access(in_dir("killed.planet.joining"), F_OK), 0);
+    }
+    p.resume = true;
+    p.threads = 3;
+    if (!done) assert_int_equal(import_run(&p), OK);
+    compare_planets("bounded.planet", "killed.planet");
+    compare_bytes("bounded.planet", "killed.planet");
+    assert_true(access(in_dir("killed.planet.joining"), F_OK) != 0);
+}
+
+static void check_estimate(double quantum)
+{
     import_params p;
     import_source sources[2];
     char out[512];
     snprintf(out, sizeof out, "%s", in_dir("estimated.planet"));
     set_up_large(&p, sources, out);
+    p.quantum = quantum;
+    p.force = true;
     import_estimate e;
     import_report r;
+    unlink(out);
     assert_int_equal(import_estimate_run(&p, &e), OK);
     assert_true(access(out, F_OK) != 0);
     p.report = &r;
@@ -346,6 +399,14 @@ static void test_estimate(void **state)
     check_near((double)e.tiles / (double)r.made, 1, 1e-9);
     check_near(e.bytes / (double)r.bytes, 1, 0.15);
     assert_true(e.core_seconds > 0.01);
+}
+
+// The estimate is near what the import then makes, as floats and on the grid.
+static void test_estimate(void **state)
+{
+    (void)state;
+    check_estimate(0);
+    check_estimate(QUANTUM_AUTO);
 }
 
 // A part begun from other sources is not gone on with, and is not lost.
@@ -370,13 +431,10 @@ static void test_resume_of_another(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_overlay),
-        cmocka_unit_test(test_bounds),
-        cmocka_unit_test(test_bad_rasters),
-        cmocka_unit_test(test_output),
-        cmocka_unit_test(test_resume),
-        cmocka_unit_test(test_estimate),
-        cmocka_unit_test(test_resume_of_another),
+        cmocka_unit_test(test_overlay),     cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_bad_rasters), cmocka_unit_test(test_output),
+        cmocka_unit_test(test_resume),      cmocka_unit_test(test_resume_bounded),
+        cmocka_unit_test(test_estimate),    cmocka_unit_test(test_resume_of_another),
     };
     return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
 }
