@@ -1,4 +1,5 @@
-// Lifts the grid's vertices to the terrain, each at the level of detail that its farthest neighbour allows.
+// Lifts the grid's vertices to the terrain, each at the level of detail that its neighbours allow: the farthest (Livny et al.
+// 2008, 3.4), or the mean of those along and across the ray, of which towards the limb the former are many times as far.
 #include "lib/map.glsl"
 #include "lib/windows.glsl"
 #include "lib/grid.glsl"
@@ -29,8 +30,13 @@ void main()
     if (vertex >= size.x * size.y) return;
     int row = vertex / size.y, column = vertex % size.y;
     vec3 r = ring_of(row, column);
-    float spacing = max(max(apart(r, row - 1, column), apart(r, row + 1, column)),
-                        max(apart(r, row, column - 1), apart(r, row, column + 1)));
+    float along = max(apart(r, row - 1, column), apart(r, row + 1, column)),
+          across = max(apart(r, row, column - 1), apart(r, row, column + 1));
+#ifdef MEAN_NEIGHBOUR
+    float spacing = sqrt(along * across);
+#else
+    float spacing = max(along, across);
+#endif
     float level = log2(3.14159265358979 / ring_angle(length(r.xy), 1.0 - r.z));
     float reaches = min(level - float(view.layers.z), float(view.layers.x));
     int sampled;

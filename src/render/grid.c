@@ -2,6 +2,7 @@
 // the planet and lifted by two compute passes whenever the camera or the heights change. Nothing is
 // culled: the grid covers what can be seen and little else (geo/screen_grid.h).
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -166,9 +167,12 @@ static status create(const geometry_params *params, struct geometry **out)
     g->params.denser = v->grid_denser;
     g->columns = NEW_ARRAY(struct grid_column, (size_t)v->grid_columns);
     g->stale = true;
+    char defines[256];
+    snprintf(defines, sizeof defines, "%s%s", params->defines,
+             v->grid_mean ? "#define MEAN_NEIGHBOUR 1\n" : "");
     status s = make_buffers(g);
     if (!s) s = gpu_program_create_compute("grid/throw.comp", params->defines, &g->throw_program);
-    if (!s) s = gpu_program_create_compute("grid/lift.comp", params->defines, &g->lift_program);
+    if (!s) s = gpu_program_create_compute("grid/lift.comp", defines, &g->lift_program);
     if (!s)
         s = gpu_program_create_render("grid/grid.vert", "mesh/mesh.frag", params->defines,
                                       &g->mesh_program);
