@@ -23,7 +23,7 @@
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
-enum { IMPORT_VERSION = 4, CACHE_BYTES = 192 << 20 };
+enum { IMPORT_VERSION = 4, CACHE_BYTES = 512 << 20 };
 
 // One import under way.
 struct import {

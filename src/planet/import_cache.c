@@ -9,8 +9,8 @@
 #include "base/memory.h"
 #include "planet/import_light.h"
 
-// A tile that is not stored counts too, so that the list stays short enough to be searched.
-enum { SAMPLES = TILE_SIZE * TILE_SIZE, ENTRY_BYTES = 1 << 16 };
+// A tile that is not stored counts too, so that the lists stay short enough to be searched.
+enum { SAMPLES = TILE_SIZE * TILE_SIZE, ENTRY_BYTES = 1 << 14, BUCKETS = 1 << 10 };
 
 // Invariant: an entry with users > 0 or loading is not evicted; `bytes` is the sum over entries.
 struct entry {
@@ -27,7 +27,7 @@ struct import_cache {
     struct import_store *store;
     pthread_mutex_t lock;
     pthread_cond_t loaded;
-    struct entry *entries;
+    struct entry *buckets[BUCKETS];
     size_t bytes, limit;
     unsigned long clock;
 };
@@ -52,15 +52,50 @@ void import_cache_destroy(struct import_cache **cache)
 {
     struct import_cache *c = *cache;
     if (!c) return;
-    while (c->entries) {
-        struct entry *e = c->entries;
-        c->entries = e->next;
-        free_entry(e);
-    }
+    for (int i = 0; i < BUCKETS; i++)
+        while (c->buckets[i]) {
+            struct entry *e = c->buckets[i];
+            c->buckets[i] = e->next;
+            free_entry(e);
+        }
     pthread_mutex_destroy(&c->lock);
     pthread_cond_destroy(&c->loaded);
     free(c);
     *cache = NULL;
+}
+
+static struct entry **bucket_of(struct import_cache *c, tile_id id)
+{
+    uint32_t hash = ((uint32_t)id.row * 0x9e3779b1u ^ (uint32_t)id.col) * 0x85ebca6bu;
+    return &c->buckets[(hash + (uint32_t)id.zoom) % BUCKETS];
+}
+
+// Lock held. NULL: there is none.
+static struct entry *find(struct import_cache *c, tile_id id)
+{
+    struct entry *e = *bucket_of(c, id);
+    while (e && !tile_id_equal(e->tile.id, id)) e = e->next;
+    return e;
+}
+
+// Lock held. A new entry, of which there is none yet.
+static struct entry *insert(struct import_cache *c, tile_id id)
+{
+    struct entry *e = NEW(struct entry), **bucket = bucket_of(c, id);
+    e->tile.id = id;
+    e->next = *bucket;
+    *bucket = e;
+    return e;
+}
+
+// Lock held. What an entry takes, now that it is known.
+static void count_bytes(struct import_cache *c, struct entry *e)
+{
+    e->bytes = ENTRY_BYTES;
+    if (e->tile.planes)
+        e->bytes += SAMPLES * sizeof(float) * (e->tile.id.layer == LAYER_COLOR ? 3 : 1);
+    c->bytes += e->bytes;
+    e->used = ++c->clock;
 }
 
 // Lock held. Frees the entries used longest ago until the bound holds.
@@ -68,9 +103,10 @@ static void evict(struct import_cache *c)
 {
     while (c->bytes > c->limit) {
         struct entry **oldest = NULL;
-        for (struct entry **p = &c->entries; *p; p = &(*p)->next)
-            if (!(*p)->users && !(*p)->loading && (!oldest || (*p)->used < (*oldest)->used))
-                oldest = p;
+        for (int i = 0; i < BUCKETS; i++)
+            for (struct entry **p = &c->buckets[i]; *p; p = &(*p)->next)
+                if (!(*p)->users && !(*p)->loading && (!oldest || (*p)->used < (*oldest)->used))
+                    oldest = p;
         if (!oldest) return;
         struct entry *e = *oldest;
         *oldest = e->next;
@@ -115,23 +151,20 @@ static status load(struct import_cache *c, cached_tile *t)
 status import_cache_acquire(struct import_cache *c, tile_id id, const cached_tile **out)
 {
     pthread_mutex_lock(&c->lock);
-    struct entry *e = c->entries;
-    while (e && !tile_id_equal(e->tile.id, id)) e = e->next;
+    struct entry *e = find(c, id);
     if (e) {
         e->users++;
         while (e->loading) pthread_cond_wait(&c->loaded, &c->lock);
     } else {
-        e = NEW(struct entry);
-        *e = (struct entry){.tile.id = id, .users = 1, .loading = true, .next = c->entries};
-        c->entries = e;
+        e = insert(c, id);
+        e->users = 1;
+        e->loading = true;
         pthread_mutex_unlock(&c->lock);
         status s = load(c, &e->tile);
         pthread_mutex_lock(&c->lock);
         e->failed = s;
         e->loading = false;
-        e->bytes = ENTRY_BYTES;
-        if (e->tile.planes) e->bytes += SAMPLES * sizeof(float) * (id.layer == LAYER_COLOR ? 3 : 1);
-        c->bytes += e->bytes;
+        count_bytes(c, e);
         pthread_cond_broadcast(&c->loaded);
         evict(c);
     }
@@ -147,9 +180,27 @@ void import_cache_release(struct import_cache *c, const cached_tile *tile)
 {
     if (!tile) return;
     pthread_mutex_lock(&c->lock);
-    struct entry *e = c->entries;
-    while (&e->tile != tile) e = e->next;
-    e->users--;
+    find(c, tile->id)->users--;
     evict(c);
+    pthread_mutex_unlock(&c->lock);
+}
+
+void import_cache_add(struct import_cache *c, tile_id id, const float *heights, float min,
+                      float max)
+{
+    float *planes = malloc(SAMPLES * sizeof *planes);
+    if (!planes) return; // it is read back when it is needed
+    memcpy(planes, heights, SAMPLES * sizeof *planes);
+    int gaps = 0;
+    for (int i = 0; i < SAMPLES; i++) gaps += isnan(heights[i]);
+    pthread_mutex_lock(&c->lock);
+    if (find(c, id)) {
+        free(planes);
+    } else {
+        struct entry *e = insert(c, id);
+        e->tile = (cached_tile){id, planes, gaps > 0, min, max};
+        count_bytes(c, e);
+        evict(c);
+    }
     pthread_mutex_unlock(&c->lock);
 }

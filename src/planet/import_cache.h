@@ -1,5 +1,5 @@
-// Decoded tiles of the file being written, for the filter: a bounded cache, each tile decoded by
-// one thread at a time. Any thread.
+// Tiles of the file being written, for the filter: a bounded cache of what was just made and of
+// what is decoded, each tile by one thread at a time. Any thread.
 #ifndef PERIGEE_PLANET_IMPORT_CACHE_H
 #define PERIGEE_PLANET_IMPORT_CACHE_H
 
@@ -26,5 +26,9 @@ void import_cache_destroy(struct import_cache **cache);
 // logged.
 status import_cache_acquire(struct import_cache *cache, tile_id id, const cached_tile **out);
 void import_cache_release(struct import_cache *cache, const cached_tile *tile);
+
+// Keeps a tile of heights that is about to be stored, as it will be decoded.
+void import_cache_add(struct import_cache *cache, tile_id id, const float *heights, float min,
+                      float max);
 
 #endif

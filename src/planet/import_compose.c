@@ -277,8 +277,36 @@ static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id
     return s;
 }
 
+// Heights of no mosaic or of one alone, as the stack would give them.
+static status compose_alone(struct workshop *w, struct bench *b, const struct mosaic *m, tile_id id,
+                            bool *any)
+{
+    int found = 0;
+    if (m && m->zoom == id.zoom) {
+        status s = read_mosaic(w, b, m, id);
+        if (s) return s;
+        clip(w, id, b->source);
+        for (int i = 0; i < SAMPLES; i++) {
+            b->tile[i] = b->source[i] + 0.0f; // not -0
+            found += b->source[i] == b->source[i];
+        }
+    } else {
+        for (int i = 0; i < SAMPLES; i++) b->tile[i] = NAN;
+    }
+    *any = found > 0;
+    return OK;
+}
+
 status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *any)
 {
+    const struct mosaic *meets = NULL;
+    int count = 0;
+    for (int at = 0; at < w->mosaic_count; at++)
+        if (w->mosaics[at].zoom <= id.zoom && touches(w, &w->mosaics[at], id)) {
+            meets = &w->mosaics[at];
+            count++;
+        }
+    if (id.layer == LAYER_HEIGHT && count <= 1) return compose_alone(w, b, meets, id, any);
     *any = false;
     stack_clear(&b->all);
     for (int at = w->mosaic_count - 1; at >= 0; at--) {

@@ -16,7 +16,8 @@ struct region {
 // inside spans[at].
 struct plan_walk {
     enum tile_layer layer;
-    int zoom, row, last_row;
+    int zoom, row, step, last_row;
+    bool empty;
     struct region *regions;
     struct span *spans;
     int region_count, span_count, at, col;
@@ -117,15 +118,22 @@ struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_
         if (first < w->row) w->row = first;
         if (last > w->last_row) w->last_row = last;
     }
-    if (w->row <= w->last_row) begin_row(w);
+    w->empty = w->row > w->last_row;
+    w->step = zoom % 2 ? 1 : -1;
+    if (w->step < 0) {
+        int north = w->row;
+        w->row = w->last_row;
+        w->last_row = north;
+    }
+    if (!w->empty) begin_row(w);
     return w;
 }
 
 bool plan_walk_next(struct plan_walk *w, tile_id *id)
 {
     while (w->at >= w->span_count) {
-        if (w->row >= w->last_row) return false;
-        w->row++;
+        if (w->empty || w->row == w->last_row) return false;
+        w->row += w->step;
         begin_row(w);
     }
     *id = (tile_id){w->layer, w->zoom, w->row, w->col};

@@ -17,7 +17,8 @@ bool plan_bounds_are_global(const plan_bounds *b);
 
 struct plan_walk;
 
-// Walks the tiles of one layer and zoom, rows from the north, columns from the west. `grids` is
+// Walks the tiles of one layer and zoom: of odd zooms rows from the north, of even ones from the
+// south, so that a zoom begins where the finer one ended; columns from the west. `grids` is
 // borrowed.
 struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
                                   int count, const plan_bounds *bounds);
