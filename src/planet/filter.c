@@ -149,8 +149,14 @@ static bool make_taps(struct work *w, double t0, int64_t line)
     double rim = exp(scale * FILTER_REACH * FILTER_REACH * step * step);
     k->total = 0;
     for (int i = 0; i < k->count; i++) {
-        double s = sin((double)(low + i - x0) * child_lon / 2);
-        k->weights[i] = (float)(area * fmax(0, exp(scale * (a + b * s * s)) - rim));
+        // As far on the other side of x0 as a tap that is there already?
+        int64_t mirrored = (int64_t)(2 * x0) - low - (low + i);
+        if (mirrored >= 0 && mirrored < i) {
+            k->weights[i] = k->weights[mirrored];
+        } else {
+            double s = sin((double)(low + i - x0) * child_lon / 2);
+            k->weights[i] = (float)(area * fmax(0, exp(scale * (a + b * s * s)) - rim));
+        }
         k->total += (double)k->weights[i];
     }
     return k->count > 0;
@@ -236,7 +242,8 @@ static void filter_line(struct work *w, int line, float *planes, float *coverage
     }
     for (int i = 0; i < TILE_SIZE; i++) {
         double weight = w->weight[i] + solid;
-        coverage[line * TILE_SIZE + i] = (float)fmin(1, weight / total);
+        double share = weight / total;
+        coverage[line * TILE_SIZE + i] = share < 1 ? (float)share : 1;
         for (int c = 0; c < w->channels; c++)
             planes[(c * TILE_SIZE + line) * TILE_SIZE + i] =
                 weight > 0 ? (float)(w->sum[c][i] / weight) : NAN;

@@ -141,7 +141,7 @@ static status encode_heights(const struct workshop *w, struct bench *b, made_til
     high = fmaxf(high, b->highest);
     out->min = low;
     out->max = high;
-    import_cache_add(b->cache, b->parent, b->tile, low, high);
+    if (b->cache) import_cache_add(b->cache, b->parent, b->tile, low, high);
     return OK;
 }
 
