@@ -49,11 +49,14 @@ typedef struct perigee_layer {
 } perigee_layer;
 
 typedef struct perigee_planet_params {
-    size_t cache_bytes;          // memory for decoded tiles; 0: 256 MiB
-    bool no_synthesis;           // true: only what the data says
-    bool plain_synthesis;        // below the data noise without direction, not eroded ground
-    bool flat;                   // the map of longitude and latitude as a plane, not wrapped onto
-                                 // the planet: true to scale along the equator, north up
+    size_t cache_bytes;   // memory for decoded tiles; 0: 256 MiB
+    bool no_synthesis;    // true: only what the data says
+    bool plain_synthesis; // below the data noise without direction, not eroded ground
+    bool
+        flat; // the map as a plane, not wrapped onto the planet: of a raster in a projected
+              // reference system that system's, else of longitude and latitude, true to scale along
+              // the equator. Of a projected raster all latitudes and longitudes of this header are
+              // places of the map (perigee_planet_map_place), and headings count from its north
     const perigee_layer *layers; // over the ground, lowest first; borrowed until the planet is open
     int layer_count;             // up to 15
     const char *tile_cache;      // file that keeps tiles of servers; NULL: none is kept
@@ -66,6 +69,7 @@ typedef struct perigee_planet_info {
     double equatorial_radius_m, polar_radius_m; // of a plane both: metres a radian of the map
     double map_north_deg, map_east_deg; // of a plane: where its map ends, and as far to the south
                                         // and the west; 0: a globe
+    bool map_projected;                 // of a plane: the map is a projected raster's
     double height_min_m, height_max_m;
     int height_zoom, color_zoom, night_zoom; // finest zoom stored, -1: none
 } perigee_planet_info;
@@ -76,6 +80,12 @@ PERIGEE_API perigee_status perigee_planet_open(const char *path,
                                                const perigee_planet_params *params,
                                                perigee_planet **out);
 PERIGEE_API void perigee_planet_close(perigee_planet **planet); // after its views
+// A place by its geographic latitude and longitude as a place of the planet's map, in place, and
+// places of the map back (NaN where there is no such). They differ over projected rasters alone.
+PERIGEE_API perigee_status perigee_planet_map_place(perigee_planet *planet, double *lat_deg,
+                                                    double *lon_deg);
+PERIGEE_API void perigee_planet_geographic(perigee_planet *planet, int count, double *lat_deg,
+                                           double *lon_deg);
 PERIGEE_API void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *out);
 // Terrain height above the ellipsoid, as rendered at the finest level. Reads tiles: may wait for
 // the disk.

@@ -189,6 +189,7 @@ static status open_contest(struct contest *c)
     c->frames = 1;
     if (c->options->path) s = open_flight(c);
     else if (!c->files) s = session_camera(session, &c->camera);
+    else if (session->planet) s = session_place(session, &c->camera);
     if (!s) s = take_maps(c);
     c->rows = NEW_ARRAY(compare_row, (size_t)c->frames);
     return s;

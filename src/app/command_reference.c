@@ -115,7 +115,7 @@ static status write_exr(struct trial *t)
                                       .lon_deg = planes.lon_deg,
                                       .level = planes.level},
                            .half_color = o->half,
-                           .camera = t->camera,
+                           .camera = session_geographic(&t->session, &t->camera),
                            .planet = t->session.info.name,
                            .attribution = t->session.info.attribution,
                            .zoom = zoom,
@@ -123,6 +123,8 @@ static status write_exr(struct trial *t)
         reference_params params = params_of(t);
         s = finish(t, reference_render(&params, &planes));
         name_zoom(t, zoom);
+        if (!s)
+            perigee_planet_geographic(t->session.planet, (int)n, planes.lat_deg, planes.lon_deg);
         if (!s) s = image_exr_write(o->output, &image);
     }
     free(f);

@@ -75,10 +75,13 @@ static status write_exr(struct shot *shot)
                            .height = shot->height,
                            .planes = planes,
                            .half_color = o->half,
-                           .camera = shot->camera,
+                           .camera = session_geographic(&shot->session, &shot->camera),
                            .planet = shot->session.info.name,
                            .attribution = shot->session.info.attribution};
         s = (status)perigee_view_read_planes(shot->session.view, &planes);
+        if (!s)
+            perigee_planet_geographic(shot->session.planet, (int)pixels, planes.lat_deg,
+                                      planes.lon_deg);
         if (!s) s = image_exr_write(o->output, &image);
     }
     free(f);

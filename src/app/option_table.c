@@ -135,7 +135,8 @@ const struct option_spec option_table[] = {
     {"tile-cache-bytes", 0, V | R | F, GROUP_DATA, VALUE(option_tile_bytes, "N[K|M|G]"),
      "how much is kept there; what was not used for longest goes first (default 1G)"},
     {"flat", 0, V | R | F | C, GROUP_METHOD, FLAG(planet_params.flat),
-     "the map of longitude and latitude as a plane instead of a globe"},
+     "the map as a plane instead of a globe: a raster in its own projected reference system, anything else by longitude "
+     "and latitude; --lat and --lon are still geographic, headings count from the map's north"},
     {"no-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(planet_params.no_synthesis),
      "the same as --synthesis none: only what the data says"},
     {"gpu-synthesis", 0, V | R | F | C, GROUP_DATA, FLAG(view_params.gpu_synthesis),

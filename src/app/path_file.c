@@ -130,9 +130,10 @@ void path_file_deinit(struct path_file *file)
 static status resolve(const struct path_file *file, int i, perigee_planet *planet, flight_key *out)
 {
     const struct path_key *key = &file->keys[i];
-    const perigee_camera *c = &key->camera;
+    perigee_camera placed = key->camera, *c = &placed;
     double ground = 0;
-    status s = OK;
+    status s = (status)perigee_planet_map_place(planet, &c->lat_deg, &c->lon_deg);
+    if (s) return s;
     if (key->above_ground)
         s = (status)perigee_planet_height(planet, c->lat_deg, c->lon_deg, &ground);
     if (s) return s;

@@ -7,6 +7,7 @@
 #include "app/output_file.h"
 #include "base/log.h"
 #include "geo/sun.h"
+#include "planet/source_set.h"
 
 enum { SIZE_MAX_PX = 16384 };
 
@@ -15,20 +16,32 @@ status reference_source_init(struct reference_source *s, const struct options *o
     *s = (struct reference_source){.options = o};
     char earth[OUTPUT_PATH_SIZE];
     pyramid_params tiles = {.cache_bytes = o->planet_params.cache_bytes,
-                            .flat = o->planet_params.flat,
                             .synthesis = o->planet_params.no_synthesis      ? SYNTHESIS_NONE
                                          : o->planet_params.plain_synthesis ? SYNTHESIS_PLAIN
                                                                             : SYNTHESIS_ERODED};
+    s->set = source_set_create(&(source_set_params){.flat = o->planet_params.flat});
     status failed = o->planet ? OK : default_earth_find(o, earth, sizeof earth);
-    if (!failed) failed = planet_file_open(o->planet ? o->planet : earth, &s->file);
-    if (!failed) failed = pyramid_create(s->file, &tiles, &s->pyramid);
+    if (!failed) failed = source_set_add(s->set, o->planet ? o->planet : earth, LAYER_COUNT, 1);
+    if (!failed) failed = source_set_pyramid(s->set, &tiles, &s->pyramid);
     return failed;
 }
 
 void reference_source_deinit(struct reference_source *s)
 {
     pyramid_destroy(&s->pyramid);
-    planet_file_close(&s->file);
+    source_set_destroy(&s->set);
+}
+
+// On a plane as it stands over the camera.
+static dvec3 sun_over(const struct reference_source *s, const perigee_camera *c, dvec3 sun)
+{
+    double lat_deg = c->lat_deg, lon_deg = c->lon_deg;
+    if (!s->options->planet_params.flat) return sun;
+    if (source_set_map(s->set))
+        plane_map_to_geographic(source_set_map(s->set), 1, &lat_deg, &lon_deg);
+    dmat3 ecef_from_enu = geo_ecef_from_enu(lat_deg * (M_PI / 180), lon_deg * (M_PI / 180));
+    dvec3 enu = dmat3_mul(dmat3_transpose(ecef_from_enu), sun);
+    return (dvec3){enu.z, enu.x, enu.y};
 }
 
 reference_params reference_source_params(const struct reference_source *s, const perigee_camera *c,
@@ -47,7 +60,7 @@ reference_params reference_source_params(const struct reference_source *s, const
         .threads = o->view_params.threads,
         .has_sun = o->time_given,
     };
-    if (o->time_given) params.sun = geo_sun_direction(o->unix_time_s);
+    if (o->time_given) params.sun = sun_over(s, c, geo_sun_direction(o->unix_time_s));
     return params;
 }
 

@@ -9,7 +9,7 @@
 
 struct reference_source {
     const struct options *options;
-    struct planet_file *file;
+    struct source_set *set;
     struct pyramid *pyramid;
 };
 

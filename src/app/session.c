@@ -83,6 +83,30 @@ static status place_over_ground(const struct session *s, perigee_camera *c)
     return ERR_ARGUMENT;
 }
 
+// The map's middle, from as far as shows it whole.
+static status default_over_map(const struct session *s, perigee_camera *c)
+{
+    double ground;
+    const perigee_planet_info *i = &s->info;
+    double half = fmax(i->map_north_deg, i->map_east_deg) * (M_PI / 180) * i->equatorial_radius_m;
+    c->lat_deg = c->lon_deg = 0;
+    status failed = (status)perigee_planet_height(s->planet, 0, 0, &ground);
+    if (!failed && isnan(s->options->camera.alt_m)) c->alt_m = ground + 2 * half;
+    return failed;
+}
+
+status session_place(const struct session *s, perigee_camera *c)
+{
+    return (status)perigee_planet_map_place(s->planet, &c->lat_deg, &c->lon_deg);
+}
+
+perigee_camera session_geographic(const struct session *s, const perigee_camera *camera)
+{
+    perigee_camera c = *camera;
+    perigee_planet_geographic(s->planet, 1, &c.lat_deg, &c.lon_deg);
+    return c;
+}
+
 status session_camera(const struct session *s, perigee_camera *out)
 {
     const perigee_camera *c = &s->options->camera;
@@ -95,7 +119,10 @@ status session_camera(const struct session *s, perigee_camera *out)
         .roll_deg = given_or(c->roll_deg, 0),
         .fov_deg = given_or(c->fov_deg, 60),
     };
-    return place_over_ground(s, out);
+    if (!s->info.map_projected) return place_over_ground(s, out);
+    bool middle = isnan(c->lat_deg) && isnan(c->lon_deg);
+    status placed = middle ? default_over_map(s, out) : session_place(s, out);
+    return placed ? placed : place_over_ground(s, out);
 }
 
 status session_wait(const struct session *s, int width, int height)
@@ -108,7 +135,8 @@ status session_wait(const struct session *s, int width, int height)
 int session_texts(const struct session *s, const perigee_camera *camera,
                   char line[SESSION_CAMERA_SIZE], struct image_text texts[SESSION_TEXTS])
 {
-    camera_string_format(camera, line, SESSION_CAMERA_SIZE);
+    perigee_camera geographic = session_geographic(s, camera);
+    camera_string_format(&geographic, line, SESSION_CAMERA_SIZE);
     texts[0] = (struct image_text){"Software", "Perigee"};
     texts[1] = (struct image_text){"Camera", line};
     texts[2] = (struct image_text){"Source", s->info.attribution};

@@ -29,8 +29,13 @@ status session_open_view(struct session *s);
 
 void session_close(struct session *s);
 
+// A camera's latitude and longitude as a place of the planet's map, and the camera the other way
+// round (perigee_planet_map_place).
+status session_place(const struct session *s, perigee_camera *camera);
+perigee_camera session_geographic(const struct session *s, const perigee_camera *camera);
+
 // The camera of the options: what is not given has its default, heights above ground become
-// altitudes. ERR_ARGUMENT, logged, when it is below the terrain.
+// altitudes, its place is the map's. ERR_ARGUMENT, logged, when it is below the terrain.
 status session_camera(const struct session *s, perigee_camera *out);
 
 // Streams until a frame of this size is complete (unless --no-wait). ERR_TIMEOUT, with the list of

@@ -292,8 +292,10 @@ static void draw_overlay(struct window *w)
     const geo_camera *c = control_camera(w->control);
     if (w->missing_count == 0) w->complete_s = w->now_s;
     bool late = w->now_s - w->complete_s > LATE_S;
+    perigee_camera shown = camera_in_degrees(c);
+    perigee_planet_geographic(w->params->planet, 1, &shown.lat_deg, &shown.lon_deg);
     struct ui_state state = {
-        .camera = camera_in_degrees(c),
+        .camera = shown,
         .ground_m = control_ground(w->control),
         .frame_ms = w->frame_ms,
         .modes = {window_views_mode(w->views, 0), window_views_mode(w->views, 1)},

@@ -35,6 +35,7 @@ struct handle {
 struct source_raster {
     struct source source;
     char *path;
+    const struct plane_map *map; // NULL: on the globe
     enum tile_layer layer;
     int zoom;
     bool geographic;
@@ -146,13 +147,22 @@ static void handle_close(struct handle **handle)
     *handle = NULL;
 }
 
-static struct handle *handle_open(const char *path, enum tile_layer *layer)
+static void lay_on(struct handle *h, const char *path, const struct plane_map *map)
+{
+    GDALDatasetH flat = plane_map_place(map, path, h->bands);
+    if (flat != h->bands) GDALReleaseDataset(h->bands);
+    h->bands = flat;
+}
+
+static struct handle *handle_open(const char *path, const struct plane_map *map,
+                                  enum tile_layer *layer)
 {
     struct handle *h = NEW(struct handle);
     h->raw = GDALOpenEx(path, GDAL_OF_RASTER | GDAL_OF_READONLY, NULL, NULL, NULL);
     if (h->raw && GDALGetRasterCount(h->raw) > 0) {
         if (*layer == LAYER_COUNT) *layer = layer_by_bands(h->raw);
         h->bands = *layer == LAYER_HEIGHT ? height_bands(h->raw) : color_bands(h->raw);
+        if (map && h->bands) lay_on(h, path, map);
     }
     if (!h->bands) handle_close(&h);
     return h;
@@ -164,7 +174,7 @@ static struct handle *checkout(struct source_raster *r)
     struct handle *h = r->idle;
     if (h) r->idle = h->next;
     pthread_mutex_unlock(&r->lock);
-    return h ? h : handle_open(r->path, &r->layer);
+    return h ? h : handle_open(r->path, r->map, &r->layer);
 }
 
 static void checkin(struct source_raster *r, struct handle *h)
@@ -424,24 +434,32 @@ static void name_after(const char *path, char *out, size_t size)
 
 static status open_first(struct source_raster *r)
 {
-    r->idle = handle_open(r->path, &r->layer);
+    r->idle = handle_open(r->path, r->map, &r->layer);
     if (!r->idle && access(r->path, F_OK) != 0 && errno == ENOENT && !strstr(r->path, ":"))
         return fault(r->path, ERR_NOT_FOUND, strerror(ENOENT));
     if (!r->idle)
         return fault(r->path, ERR_FORMAT, "neither a planet file nor a raster that GDAL reads");
-    status s = place(r, r->idle->raw);
+    status s = place(r, r->map ? r->idle->bands : r->idle->raw);
+    if (r->map) r->source.meta.ellipsoid = plane_map_body(r->map);
     if (!s && r->layer == LAYER_HEIGHT) height_range(r, r->idle->bands);
     return s;
 }
 
 status source_raster_open(const char *path, enum tile_layer layer, struct source **out)
 {
+    return source_raster_open_on(path, layer, NULL, out);
+}
+
+status source_raster_open_on(const char *path, enum tile_layer layer, const struct plane_map *map,
+                             struct source **out)
+{
     GDALAllRegister();
     struct source_raster *r = NEW(struct source_raster);
     r->path = NEW_ARRAY(char, strlen(path) + 1);
     strcpy(r->path, path);
     r->layer = layer;
-    r->source = (struct source){.ops = &raster_ops, .path = r->path, .gaps_final = true};
+    r->map = map;
+    r->source = (struct source){.ops = &raster_ops, .path = r->path, .gaps_final = !map};
     pthread_mutex_init(&r->lock, NULL);
     CPLPushErrorHandler(CPLQuietErrorHandler);
     status s = open_first(r);

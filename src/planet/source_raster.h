@@ -3,6 +3,7 @@
 #ifndef PERIGEE_PLANET_SOURCE_RASTER_H
 #define PERIGEE_PLANET_SOURCE_RASTER_H
 
+#include "planet/plane_map.h"
 #include "planet/source.h"
 
 // `layer`: LAYER_HEIGHT or LAYER_COLOR; LAYER_COUNT: by its bands (three or more, a palette or one
@@ -12,5 +13,10 @@
 // that reads has a handle of its own. ERR_NOT_FOUND, ERR_FORMAT, ERR_ARGUMENT (no georeference),
 // all logged.
 status source_raster_open(const char *path, enum tile_layer layer, struct source **out);
+
+// The same laid on the map of a projected raster; `map` outlives the source. What the raster has no
+// data for is filled from coarser tiles, so that the ground ends at the map's edge without a step.
+status source_raster_open_on(const char *path, enum tile_layer layer, const struct plane_map *map,
+                             struct source **out);
 
 #endif

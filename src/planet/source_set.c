@@ -22,6 +22,7 @@ struct source_set {
     source_set_params params;
     struct disk_cache *disk;
     struct fetcher *fetcher;
+    struct plane_map *map;
     pyramid_layer layers[PYRAMID_MAX_LAYERS];
     int count;
 };
@@ -38,6 +39,7 @@ void source_set_destroy(struct source_set **set)
     struct source_set *s = *set;
     if (!s) return;
     for (int i = 0; i < s->count; i++) source_close(&s->layers[i].source);
+    plane_map_destroy(&s->map);
     fetcher_destroy(&s->fetcher);
     disk_cache_close(&s->disk);
     free(s);
@@ -121,6 +123,14 @@ static bool is_planet_file(const char *path)
     return got < sizeof head || memcmp(head + 68, "PRGE", 4) == 0 || ends_with(path, ".planet");
 }
 
+static status open_raster(struct source_set *set, const char *name, enum tile_layer layer,
+                          struct source **out)
+{
+    status s = OK;
+    if (set->params.flat && set->count == 0) s = plane_map_open(name, &set->map);
+    return s ? s : source_raster_open_on(name, layer, set->map, out);
+}
+
 static status open_named(struct source_set *set, const char *name, enum tile_layer layer,
                          struct source **out)
 {
@@ -131,7 +141,7 @@ static status open_named(struct source_set *set, const char *name, enum tile_lay
         return ERR_ARGUMENT;
     }
     if (ends_with(name, ".json")) return open_json(set, name, out);
-    if (!is_planet_file(name)) return source_raster_open(name, layer, out);
+    if (!is_planet_file(name)) return open_raster(set, name, layer, out);
     struct planet_file *file;
     status s = planet_file_open(name, &file);
     return s ? s : source_file_open_take(file, out);
@@ -158,6 +168,11 @@ status source_set_add(struct source_set *set, const char *name, enum tile_layer 
     }
     struct source *source;
     status s = open_named(set, name, layer, &source);
+    if (!s && set->map && !geo_is_plane(source->meta.ellipsoid)) {
+        log_error("%s: cannot lie on a map in a projected reference system: only rasters can",
+                  name);
+        s = ERR_ARGUMENT;
+    }
     if (!s) s = select_layer(source, name, layer);
     if (s) {
         source_close(&source);
@@ -170,7 +185,14 @@ status source_set_add(struct source_set *set, const char *name, enum tile_layer 
 status source_set_pyramid(struct source_set *set, const pyramid_params *params,
                           struct pyramid **out)
 {
-    return pyramid_create_stack(set->layers, set->count, params, out);
+    pyramid_params with = *params;
+    with.flat = set->params.flat;
+    return pyramid_create_stack(set->layers, set->count, &with, out);
+}
+
+struct plane_map *source_set_map(const struct source_set *set)
+{
+    return set->map;
 }
 
 struct fetcher *source_set_fetcher(const struct source_set *set)

@@ -4,11 +4,13 @@
 #define PERIGEE_PLANET_SOURCE_SET_H
 
 #include "planet/fetch.h"
+#include "planet/plane_map.h"
 #include "planet/pyramid.h"
 
 struct source_set;
 
 typedef struct source_set_params {
+    bool flat; // the map as a plane; of a raster in a projected system, if the first source is one
     const char *disk_path; // of the cache of tiles; NULL: none
     uint64_t disk_bytes;   // 0: 1 GiB
     fetch_params fetch;    // `disk` is the set's
@@ -25,9 +27,12 @@ void source_set_destroy(struct source_set **set); // after its pyramid
 status source_set_add(struct source_set *set, const char *name, enum tile_layer layer,
                       double opacity);
 
-// At least one source must have been added.
+// At least one source must have been added. params->flat is the set's.
 status source_set_pyramid(struct source_set *set, const pyramid_params *params,
                           struct pyramid **out);
+
+// The map that the sources lie on, when it is a projected raster's; else NULL.
+struct plane_map *source_set_map(const struct source_set *set);
 
 // NULL when none is remote.
 struct fetcher *source_set_fetcher(const struct source_set *set);

@@ -52,9 +52,9 @@ perigee_status perigee_planet_open(const char *path, const perigee_planet_params
     pyramid_params tiles = {.synthesis = params->no_synthesis      ? SYNTHESIS_NONE
                                          : params->plain_synthesis ? SYNTHESIS_PLAIN
                                                                    : SYNTHESIS_ERODED,
-                            .cache_bytes = params->cache_bytes,
-                            .flat = params->flat};
-    source_set_params sources = {.disk_path = params->tile_cache,
+                            .cache_bytes = params->cache_bytes};
+    source_set_params sources = {.flat = params->flat,
+                                 .disk_path = params->tile_cache,
                                  .disk_bytes = params->tile_cache_bytes};
     p->sources = source_set_create(&sources);
     status s = add_sources(p, path, params);
@@ -81,6 +81,7 @@ void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *
                                  .polar_radius_m = m->ellipsoid.b,
                                  .map_north_deg = DEG(m->ellipsoid.half_lat),
                                  .map_east_deg = DEG(m->ellipsoid.half_lon),
+                                 .map_projected = source_set_map(planet->sources) != NULL,
                                  .height_min_m = m->height_min,
                                  .height_max_m = m->height_max,
                                  .height_zoom = m->max_zoom[LAYER_HEIGHT],
@@ -88,6 +89,28 @@ void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *
                                  .night_zoom = m->max_zoom[LAYER_NIGHT]};
     snprintf(out->name, sizeof out->name, "%s", m->name);
     snprintf(out->attribution, sizeof out->attribution, "%s", m->attribution);
+}
+
+perigee_status perigee_planet_map_place(perigee_planet *planet, double *lat_deg, double *lon_deg)
+{
+    struct plane_map *map = source_set_map(planet->sources);
+    double lat = *lat_deg, lon = *lon_deg;
+    if (!map) return OK;
+    plane_map_from_geographic(map, 1, &lat, &lon);
+    if (!(fabs(lat) <= 90 && fabs(lon) <= 180)) {
+        log_error("latitude %.10g, longitude %.10g: too far from the map of %s", *lat_deg, *lon_deg,
+                  pyramid_meta(planet->pyramid)->name);
+        return ERR_ARGUMENT;
+    }
+    *lat_deg = lat;
+    *lon_deg = lon;
+    return OK;
+}
+
+void perigee_planet_geographic(perigee_planet *planet, int count, double *lat_deg, double *lon_deg)
+{
+    struct plane_map *map = source_set_map(planet->sources);
+    if (map) plane_map_to_geographic(map, count, lat_deg, lon_deg);
 }
 
 perigee_status perigee_planet_height(perigee_planet *planet, double lat_deg, double lon_deg,

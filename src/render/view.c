@@ -178,7 +178,9 @@ static dvec3 sun_direction(const perigee_view *v)
     const geodetic *at = &v->camera.position;
     bool plane = geo_is_plane(v->projection.ellipsoid);
     if (v->has_sun && plane) { // as it stands over the camera
-        dvec3 s = dmat3_mul(dmat3_transpose(geo_ecef_from_enu(at->lat, at->lon)), v->sun);
+        double lat = at->lat / RAD(1), lon = at->lon / RAD(1);
+        perigee_planet_geographic(v->planet, 1, &lat, &lon);
+        dvec3 s = dmat3_mul(dmat3_transpose(geo_ecef_from_enu(RAD(lat), RAD(lon))), v->sun);
         return (dvec3){s.z, s.x, s.y};
     }
     if (v->has_sun) return v->sun;

@@ -1,0 +1,249 @@
+// Rasters in a projected reference system as a plane: sample by sample, to scale, at their
+// geographic place; rasters of other systems over them; and what cannot be laid flat.
+//
+// Fails when broken: the origin half a sample off, the row's direction, no unit conversion
+// (samples); the map's axes exchanged, feet for metres (places); a layer not warped (layers); gaps
+// taken for final (metres: corners).
+#include "check.h"
+
+#include <gdal.h>
+#include <gdalwarper.h>
+#include <ogr_srs_api.h>
+
+#include "base/log.h"
+#include "planet/source_set.h"
+#include "planet_fixture.h"
+
+enum { WIDTH = 300, HEIGHT = 202 };
+
+static float height_of(int row, int col)
+{
+    return (float)(500 + 3 * row - 2 * col + 40 * sin(0.3 * row) * cos(0.2 * col));
+}
+
+// `system`: EPSG code, or WKT. West and north edge and the step in its units.
+static void write_raster(const char *path, const char *system, double west, double north,
+                         double step)
+{
+    double g[6] = {west, step, 0, north, 0, -step};
+    float *samples = calloc(WIDTH * HEIGHT, sizeof *samples);
+    GDALAllRegister();
+    GDALDatasetH d =
+        GDALCreate(GDALGetDriverByName("GTiff"), path, WIDTH, HEIGHT, 1, GDT_Float32, NULL);
+    assert_non_null(samples);
+    assert_non_null(d);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) samples[i] = height_of(i / WIDTH, i % WIDTH);
+    GDALSetGeoTransform(d, g);
+    if (system) {
+        OGRSpatialReferenceH srs = OSRNewSpatialReference(NULL);
+        assert_int_equal(OSRSetFromUserInput(srs, system), OGRERR_NONE);
+        GDALSetSpatialRef(d, srs);
+        OSRDestroySpatialReference(srs);
+    }
+    assert_int_equal(GDALRasterIO(GDALGetRasterBand(d, 1), GF_Write, 0, 0, WIDTH, HEIGHT, samples,
+                                  WIDTH, HEIGHT, GDT_Float32, 0, 0),
+                     CE_None);
+    GDALClose(d);
+    free(samples);
+}
+
+struct laid {
+    struct source_set *set;
+    struct pyramid *pyramid;
+};
+
+static struct laid lay(const char *path, const char *over)
+{
+    const source_set_params flat = {.flat = true};
+    const pyramid_params plain = {.synthesis = SYNTHESIS_NONE};
+    struct laid l = {source_set_create(&flat), NULL};
+    assert_int_equal(source_set_add(l.set, path, LAYER_COUNT, 1), OK);
+    if (over) assert_int_equal(source_set_add(l.set, over, LAYER_COUNT, 1), OK);
+    assert_int_equal(source_set_pyramid(l.set, &plain, &l.pyramid), OK);
+    return l;
+}
+
+static void put_away(struct laid *l)
+{
+    pyramid_destroy(&l->pyramid);
+    source_set_destroy(&l->set);
+}
+
+// Height at metres from the map's origin.
+static double height_at(const struct laid *l, double east, double north)
+{
+    const struct planet_meta *m = pyramid_meta(l->pyramid);
+    double h;
+    assert_int_equal(pyramid_height_at(l->pyramid, m->max_zoom[LAYER_HEIGHT],
+                                       north / m->ellipsoid.a, east / m->ellipsoid.a, &h),
+                     OK);
+    return h;
+}
+
+// Every sample but those of the border lies in the store as it is in the file.
+static void check_samples(const struct laid *l, double step_m)
+{
+    const struct planet_meta *m = pyramid_meta(l->pyramid);
+    geo_ellipsoid e = m->ellipsoid;
+    assert_true(geo_is_plane(e) && e.half_lat < 0.11 && e.half_lon < 0.11);
+    check_near(e.half_lon * e.a, (WIDTH / 2 - 0.5) * step_m, 1e-6 * step_m);
+    check_near(e.half_lat * e.a, (HEIGHT / 2 - 0.5) * step_m, 1e-6 * step_m);
+    check_near(grid_step_lat(m->max_zoom[LAYER_HEIGHT]) * e.a, step_m, 1e-9 * step_m);
+    for (int row = 1; row < HEIGHT - 1; row += 7)
+        for (int col = 1; col < WIDTH - 1; col += 5)
+            check_near(
+                height_at(l, (col + 0.5 - WIDTH / 2) * step_m, (HEIGHT / 2 - row - 0.5) * step_m),
+                height_of(row, col), 2e-3);
+}
+
+// Seen coarsely the ground goes on to the map's very corners, without a step to nothing.
+static void check_corners(const struct laid *l)
+{
+    const struct planet_meta *m = pyramid_meta(l->pyramid);
+    geo_ellipsoid e = m->ellipsoid;
+    for (int i = 0; i < 4; i++) {
+        double h, north = i / 2 ? 1 : -1, east = i % 2 ? 1 : -1;
+        assert_int_equal(pyramid_height_at(l->pyramid, m->max_zoom[LAYER_HEIGHT] - 1,
+                                           north * e.half_lat, east * e.half_lon, &h),
+                         OK);
+        check_near(h, height_of(north > 0 ? 0 : HEIGHT - 1, east < 0 ? 0 : WIDTH - 1), 60);
+    }
+}
+
+// On the central meridian of a zone of UTM: easting 500 km; northing 4,982,950.400 m at 45 degrees.
+static void test_metres(void **state)
+{
+    (void)state;
+    write_raster("utm.tif", "EPSG:32632", 500000 - 30 * 100, 4982950.4 + 30 * 40, 30);
+    struct laid l = lay("utm.tif", NULL);
+    check_samples(&l, 30);
+    check_corners(&l);
+    double radius = pyramid_meta(l.pyramid)->ellipsoid.a, lat[2] = {45, 45.01}, lon[2] = {9, 9};
+    struct plane_map *map = source_set_map(l.set);
+    plane_map_from_geographic(map, 2, lat, lon);
+    double metres = radius * M_PI / 180;
+    check_near(lon[0] * metres, 30 * (100 - WIDTH / 2), 2e-3);
+    check_near(lat[0] * metres, 30 * (HEIGHT / 2 - 40), 2e-3);
+    check_near(lon[1] * metres, lon[0] * metres, 2e-3);
+    check_near((lat[1] - lat[0]) * metres, 0.9996 * 1111.31,
+               0.1); // a degree is 111,131 m long at 45
+    plane_map_to_geographic(map, 2, lat, lon);
+    check_near(lat[0], 45, 1e-9);
+    check_near(lon[0], 9, 1e-9);
+    check_near(lat[1], 45.01, 1e-9);
+    put_away(&l);
+}
+
+// California zone 3 in US survey feet.
+static void test_feet(void **state)
+{
+    (void)state;
+    write_raster("feet.tif", "EPSG:2227", 6000000, 2100000, 10);
+    struct laid l = lay("feet.tif", NULL);
+    check_samples(&l, 10 * 1200.0 / 3937);
+    put_away(&l);
+}
+
+// The same ground by longitude and latitude and by another zone's metres, over the map.
+static void test_layers(void **state)
+{
+    (void)state;
+    write_raster("utm.tif", "EPSG:32632", 500000, 5000000, 30);
+    struct laid alone = lay("utm.tif", NULL);
+    // Into the neighbour zone and back: by GDAL's warper, bilinear twice.
+    GDALDatasetH d = GDALOpen("utm.tif", GA_ReadOnly);
+    OGRSpatialReferenceH other = OSRNewSpatialReference(NULL);
+    char *wkt = NULL;
+    OSRImportFromEPSG(other, 32633);
+    OSRExportToWkt(other, &wkt);
+    GDALDatasetH warped = GDALAutoCreateWarpedVRT(d, NULL, wkt, GRA_Bilinear, 0, NULL);
+    GDALDatasetH copy =
+        GDALCreateCopy(GDALGetDriverByName("GTiff"), "zone33.tif", warped, FALSE, NULL, NULL, NULL);
+    GDALClose(copy);
+    GDALClose(warped);
+    GDALClose(d);
+    OSRDestroySpatialReference(other);
+    struct laid over = lay("utm.tif", "zone33.tif");
+    double worst = 0;
+    for (int i = -5; i <= 5; i++)
+        for (int k = -3; k <= 3; k++)
+            worst = fmax(worst, fabs(height_at(&over, 500.0 * i, 500.0 * k) -
+                                     height_at(&alone, 500.0 * i, 500.0 * k)));
+    print_message("a layer from another zone: %.2f m off, where a sample is %.0f m from the next\n",
+                  worst, 40 * 0.3);
+    assert_true(worst > 0 && worst < 4);
+    put_away(&alone);
+    put_away(&over);
+}
+
+static void check_refused(const char *path, const char *what)
+{
+    const source_set_params flat = {.flat = true};
+    struct source_set *set = source_set_create(&flat);
+    assert_int_not_equal(source_set_add(set, path, LAYER_COUNT, 1), OK);
+    if (!strstr(log_last_error(), what)) fail_msg("\"%s\", not \"%s\"", log_last_error(), what);
+    assert_non_null(strstr(log_last_error(), path));
+    source_set_destroy(&set);
+}
+
+static void test_what_cannot_be(void **state)
+{
+    (void)state;
+    write_raster("local.tif", "LOCAL_CS[\"site\",UNIT[\"metre\",1]]", 0, 0, 1);
+    check_refused("local.tif", "in a local reference system");
+    write_raster("none.tif", NULL, 500000, 5000000, 30);
+    check_refused("none.tif", "no georeference");
+    // GeoTIFF has no reference system without a unit.
+    GDALDatasetH d = GDALOpen("none.tif", GA_ReadOnly);
+    GDALDatasetH unitless =
+        GDALCreateCopy(GDALGetDriverByName("VRT"), "unitless.vrt", d, FALSE, NULL, NULL, NULL);
+    GDALSetProjection(unitless,
+                      "PROJCS[\"no unit\",GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\","
+                      "6378137,298.257223563]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\","
+                      "0.0174532925199433]],PROJECTION[\"Transverse_Mercator\"],"
+                      "PARAMETER[\"central_meridian\",9],PARAMETER[\"scale_factor\",0.9996],"
+                      "UNIT[\"unknown\",1]]");
+    GDALClose(unitless);
+    GDALClose(d);
+    check_refused("unitless.vrt", "its reference system has no unit of length");
+}
+
+static void test_only_rasters_lie_over(void **state)
+{
+    (void)state;
+    const source_set_params flat = {.flat = true};
+    struct source_set *set = source_set_create(&flat);
+    fixture f;
+    fixture_init(&f, "flat");
+    fixture_write(&f, 1, 0, fixture_smooth_height, NULL);
+    write_raster("utm.tif", "EPSG:32632", 500000, 5000000, 30);
+    assert_int_equal(source_set_add(set, "utm.tif", LAYER_COUNT, 1), OK);
+    assert_int_equal(source_set_add(set, f.path, LAYER_COUNT, 1), ERR_ARGUMENT);
+    assert_non_null(strstr(log_last_error(), "only rasters can"));
+    source_set_destroy(&set);
+    fixture_deinit(&f);
+}
+
+// Of longitude and latitude: the whole map.
+static void test_degrees(void **state)
+{
+    (void)state;
+    write_raster("degrees.tif", "EPSG:4326", 8, 47, 0.001);
+    struct laid l = lay("degrees.tif", NULL);
+    geo_ellipsoid e = pyramid_meta(l.pyramid)->ellipsoid;
+    assert_null(source_set_map(l.set));
+    check_near(e.a, 6378137, 1e-6);
+    check_near(e.half_lat, M_PI / 2, 0);
+    check_near(e.half_lon, M_PI, 0);
+    put_away(&l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_metres),         cmocka_unit_test(test_feet),
+        cmocka_unit_test(test_layers),         cmocka_unit_test(test_degrees),
+        cmocka_unit_test(test_what_cannot_be), cmocka_unit_test(test_only_rasters_lie_over),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
