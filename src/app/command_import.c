@@ -28,6 +28,7 @@ static import_params raster_params(const struct options *o)
         .max_error = o->codec == CODEC_BOUNDED ? o->max_error : 0,
         .resume = o->resume,
         .force = o->force,
+        .add = o->add,
     };
     for (int i = 0; i < 4; i++) params.bounds_deg[i] = o->bounds_deg[i];
     return params;

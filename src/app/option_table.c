@@ -60,6 +60,8 @@ const struct option_spec option_table[] = {
      "with --earth: keep the sea floor (default: the sea lies flat at 0 m)"},
     {"atlas", 0, M, GROUP_IMPORT, TEXT(atlas_dir, "DIR"),
      "with --earth: where the atlas's maps are (default /usr/share/marble/data/maps)"},
+    {"add", 0, M, GROUP_IMPORT, FLAG(add),
+     "put the rasters on top of the finished planet -o; only the tiles they touch are made anew, stored as its others are"},
     {"resume", 0, M, GROUP_IMPORT, FLAG(resume), "go on with an import that was interrupted"},
     {"estimate", 0, M, GROUP_IMPORT, FLAG(estimate),
      "say how many tiles, bytes and seconds the import takes, measured on a few tiles, and stop"},

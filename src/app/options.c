@@ -196,6 +196,12 @@ static status check_import(const struct options *o)
         log_error("import: no raster given (--height, --color, --night or --earth)");
         return ERR_ARGUMENT;
     }
+    if (o->add && (o->earth || o->body_name || o->codec != CODEC_LOSSLESS || !isnan(o->quantum))) {
+        log_error(
+            "import: --add takes body and codec from the planet: no --earth, --body, --codec or "
+            "--quantum");
+        return ERR_ARGUMENT;
+    }
     if ((o->codec == CODEC_BOUNDED) != !isnan(o->max_error)) {
         log_error("import: --codec bounded and --max-error go together");
         return ERR_ARGUMENT;

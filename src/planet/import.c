@@ -15,6 +15,7 @@
 #include "planet/codec_bounded.h"
 #include "planet/codec_grid.h"
 #include "planet/codec_predict.h"
+#include "planet/import_base.h"
 #include "planet/import_blend.h"
 #include "planet/import_crew.h"
 #include "planet/import_inputs.h"
@@ -25,6 +26,10 @@
 // gone on with.
 enum { IMPORT_VERSION = 4, CACHE_BYTES = 512 << 20 };
 
+// The filter carries what a sample says by FILTER_REACH rows at a zoom, and half of what it was at
+// the zoom before: by less than twice that at any.
+enum { CARRIED_ROWS = 3 };
+
 // One import under way.
 struct import {
     const import_params *params;
@@ -33,11 +38,13 @@ struct import {
     int count;
     plan_bounds bounds;
     geo_ellipsoid ellipsoid;
+    struct import_base *base; // the planet that is added to; NULL: none
     struct import_store *store;
     struct crew *crew;
     double began_s;
     uint64_t tiles, samples;
-    double quantum; // of the heights in the parts
+    double quantum;   // of the heights in the parts
+    double max_error; // of those in the finished file; 0: none
 };
 
 static double now_s(void)
@@ -94,7 +101,8 @@ static void layer_deinit(struct layer *l)
 
 static struct plan_walk *begin_walk(const struct import *im, const struct layer *l, int zoom)
 {
-    return plan_walk_begin(l->layer, zoom, l->grids, l->count, &im->bounds);
+    return plan_walk_begin(l->layer, zoom, l->grids, l->count, &im->bounds,
+                           im->base ? CARRIED_ROWS : 0);
 }
 
 static uint64_t count_tiles(const struct import *im, const struct layer *l)
@@ -121,7 +129,8 @@ static struct workshop *make_workshop(const struct import *im, const struct laye
                                               .feather = im->params->feather_rows,
                                               .feather_m = im->params->feather_m,
                                               .quantum = im->quantum,
-                                              .cache = cache});
+                                              .cache = cache,
+                                              .base = im->base});
 }
 
 static status make_layer(struct import *im, enum tile_layer layer)
@@ -190,6 +199,11 @@ static char *make_fingerprint(const struct import *im, const char *made_from)
             IMPORT_VERSION, im->ellipsoid.a, im->ellipsoid.b, im->bounds.west, im->bounds.south,
             im->bounds.east, im->bounds.north, im->params->feather_rows, im->params->feather_m,
             im->quantum);
+    if (im->base) {
+        struct stat st = {0};
+        (void)stat(import_base_path(im->base), &st);
+        fprintf(f, "added to %lld bytes of %lld\n", (long long)st.st_size, (long long)st.st_mtime);
+    }
     for (int i = 0; i < im->count; i++) {
         const import_input *in = &im->inputs[i];
         VSIStatBufL st = {0};
@@ -228,28 +242,35 @@ status import_check_output(const char *output, bool force)
     return ERR_IO;
 }
 
+static double quantum_of(double quantum, int zoom, const struct planet_meta *m)
+{
+    return ldexp(1, quantum_exponent(quantum, zoom, m->ellipsoid.a));
+}
+
 static void fill_meta(const struct import *im, struct planet_meta *meta)
 {
     const import_params *p = im->params;
+    const struct planet_meta *base = im->base ? import_base_meta(im->base) : NULL;
     *meta = (struct planet_meta){.ellipsoid = im->ellipsoid, .complete = true};
-    meta->max_error = p->max_error;
-    if (im->quantum != 0 && p->max_error == 0) {
-        int finest = 0;
+    meta->max_error = im->max_error;
+    if (im->quantum != 0 && im->max_error == 0) {
+        int finest = base && base->max_zoom[LAYER_HEIGHT] > 0 ? base->max_zoom[LAYER_HEIGHT] : 0;
         for (int i = 0; i < im->count; i++)
             if (im->inputs[i].source.layer == LAYER_HEIGHT && im->grids[i].zoom > finest)
                 finest = im->grids[i].zoom;
-        meta->quantum = ldexp(1, quantum_exponent(im->quantum, 0, meta->ellipsoid.a));
-        meta->quantum_finest = ldexp(1, quantum_exponent(im->quantum, finest, meta->ellipsoid.a));
+        meta->quantum = quantum_of(im->quantum, 0, meta);
+        meta->quantum_finest = quantum_of(im->quantum, finest, meta);
     }
-    if (p->name) {
-        snprintf(meta->name, sizeof meta->name, "%s", p->name);
+    if (p->name || base) {
+        snprintf(meta->name, sizeof meta->name, "%s", p->name ? p->name : base->name);
     } else {
         const char *slash = strrchr(p->output, '/');
-        const char *base = slash ? slash + 1 : p->output, *dot = strrchr(base, '.');
-        int length = dot && dot > base ? (int)(dot - base) : (int)strlen(base);
-        snprintf(meta->name, sizeof meta->name, "%.*s", length, base);
+        const char *file = slash ? slash + 1 : p->output, *dot = strrchr(file, '.');
+        int length = dot && dot > file ? (int)(dot - file) : (int)strlen(file);
+        snprintf(meta->name, sizeof meta->name, "%.*s", length, file);
     }
-    if (p->attribution) snprintf(meta->attribution, sizeof meta->attribution, "%s", p->attribution);
+    const char *attribution = p->attribution ? p->attribution : base ? base->attribution : "";
+    snprintf(meta->attribution, sizeof meta->attribution, "%s", attribution);
 }
 
 static status make_all(struct import *im)
@@ -334,6 +355,7 @@ static status write_planet(struct import *im, const char *made_from)
     if (asprintf(&joining, "%s.joining", p->output) < 0) abort();
     import_store_params sp = {.part = part,
                               .fingerprint = fingerprint,
+                              .base = im->base,
                               .rank = p->team ? p->team->rank : 0,
                               .resume = p->resume};
     // Rank 0 clears away or mends what is there before the others open theirs.
@@ -362,6 +384,28 @@ static status write_planet(struct import *im, const char *made_from)
     return s;
 }
 
+// The quantum that a planet was imported with: the same at all zooms, unless it may have been each
+// zoom's own.
+static double base_quantum(const struct planet_meta *m)
+{
+    int finest = m->max_zoom[LAYER_HEIGHT] > 0 ? m->max_zoom[LAYER_HEIGHT] : 0;
+    bool own = m->quantum == quantum_of(QUANTUM_AUTO, 0, m) &&
+               m->quantum_finest == quantum_of(QUANTUM_AUTO, finest, m);
+    return own || m->max_zoom[LAYER_HEIGHT] < 0 ? QUANTUM_AUTO : m->quantum;
+}
+
+// The planet that is added to says how heights are stored.
+static status open_base(struct import *im)
+{
+    status s = import_base_open(im->params->output, &im->base);
+    if (s) return s;
+    const struct planet_meta *m = import_base_meta(im->base);
+    im->ellipsoid = m->ellipsoid;
+    im->max_error = m->max_error;
+    im->quantum = base_quantum(m);
+    return OK;
+}
+
 // The settings checked, the bounds read, the grids of all inputs found.
 static status prepare(struct import *im)
 {
@@ -385,15 +429,18 @@ static status prepare(struct import *im)
                   ldexp(1, GRID_EXPONENT_MAX + 1));
         return ERR_ARGUMENT;
     }
-    bool bounded = p->max_error >= BOUNDED_MIN_ERROR && p->max_error <= BOUNDED_MAX_ERROR;
-    if (p->max_error != 0 && !bounded) {
+    if (p->max_error != 0 &&
+        !(p->max_error >= BOUNDED_MIN_ERROR && p->max_error <= BOUNDED_MAX_ERROR)) {
         log_error("a greatest error of %g m is not in %g..%g", p->max_error, BOUNDED_MIN_ERROR,
                   BOUNDED_MAX_ERROR);
         return ERR_ARGUMENT;
     }
-    im->quantum = bounded ? ldexp(1, bounded_exponent(p->max_error)) : p->quantum;
+    im->quantum = p->quantum;
+    im->max_error = p->max_error;
     status s = read_bounds(p->bounds_deg, &im->bounds);
+    if (!s && p->add) s = open_base(im);
     if (s) return s;
+    if (im->max_error > 0) im->quantum = ldexp(1, bounded_exponent(im->max_error));
     im->grids = NEW_ARRAY(raster_grid, (size_t)im->count);
     return open_grids(im);
 }
@@ -402,11 +449,13 @@ status import_inputs(const import_params *p, const import_input *inputs, int cou
                      const char *made_from)
 {
     struct import im = {.params = p, .inputs = inputs, .count = count};
-    status s = count > 0 && is_first(&im) ? import_check_output(p->output, p->force) : OK;
+    bool checks = count > 0 && is_first(&im) && !p->add;
+    status s = checks ? import_check_output(p->output, p->force) : OK;
     s = agree(&im, s);
     if (!s) s = prepare(&im);
     s = agree(&im, s);
     if (!s) s = write_planet(&im, made_from);
+    import_base_close(&im.base);
     free(im.grids);
     return s;
 }
@@ -451,8 +500,7 @@ static void guess_parent(tile_id id, const float *heights, float *parent)
 static status final_size(const struct import *im, tile_id id, const made_tile *tile, size_t *out)
 {
     *out = tile->body.size;
-    if (!(im->params->max_error > 0) || id.layer != LAYER_HEIGHT || !tile->body.size || !id.zoom)
-        return OK;
+    if (!(im->max_error > 0) || id.layer != LAYER_HEIGHT || !tile->body.size || !id.zoom) return OK;
     float *room = malloc(3 * TILE_SIZE * TILE_SIZE * sizeof *room);
     if (!room) return ERR_MEMORY;
     float *parent = room + TILE_SIZE * TILE_SIZE, *predicted = parent + TILE_SIZE * TILE_SIZE;
@@ -460,7 +508,7 @@ static status final_size(const struct import *im, tile_id id, const made_tile *t
     status s = codec_height_decode(tile->body.data, tile->body.size, room);
     if (!s) guess_parent(id, room, parent);
     if (!s) predict_tile(id, parent, predicted);
-    if (!s) s = bounded_encode(room, predicted, im->params->max_error, &body, parent);
+    if (!s) s = bounded_encode(room, predicted, im->max_error, &body, parent);
     *out = body.size;
     codec_blob_deinit(&body);
     free(room);
@@ -517,6 +565,7 @@ status import_estimate_run(const import_params *p, import_estimate *out)
         if (l.count) s = estimate_layer(&im, &l, out);
         layer_deinit(&l);
     }
+    import_base_close(&im.base);
     free(im.grids);
     import_list_deinit(&list);
     return s;

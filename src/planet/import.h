@@ -69,8 +69,12 @@ typedef struct import_params {
     bool resume; // go on with the committed tiles of an interrupted import of the same sources
     bool force;  // replace an existing output
     // Put the sources on top of the finished planet at `output` (where they are not coarser than
-    // what it has), whose name, attribution and ellipsoid stay unless given here. Only the tiles
-    // that the sources touch, in each zoom, are made anew; the file is replaced as a whole.
+    // what it has), whose ellipsoid, quantum and greatest error stay, and whose name and
+    // attribution do unless given here. Only the tiles that the sources touch, in each zoom, are
+    // made anew, and those next to them that the filter reaches; the file is replaced as a whole.
+    // With a greatest error: what is new is as far off at most from what is made of the sources
+    // and of the planet as it is stored; the planet's own tiles come no farther off, but
+    // for samples at the border of finer data, up to twice as far.
     bool add;
     const import_team *team; // processes that share the work; NULL: alone
     import_report *report;   // filled when the import is complete, of rank 0; may be NULL

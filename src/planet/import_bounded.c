@@ -19,6 +19,7 @@ enum { SAMPLES = TILE_SIZE * TILE_SIZE, BATCH = 64, PARENT_BYTES = 160 << 20 };
 struct job {
     struct bounder *bounder;
     planet_row row; // its body is the job's own
+    bool keep;      // the body and the range as they are
     codec_blob coded;
     status result;
 };
@@ -118,6 +119,7 @@ static void run_job(void *arg, int worker)
 {
     (void)worker;
     struct job *job = arg;
+    if (job->keep) return;
     float *room = malloc(3 * SAMPLES * sizeof *room);
     job->result = room ? code(job, room) : ERR_MEMORY;
     free(room);
@@ -130,28 +132,39 @@ status bounder_flush(struct bounder *b)
     status s = OK;
     for (int i = 0; !s && i < b->count; i++) {
         const planet_row *row = &b->jobs[i].row;
-        const float wider = (float)(b->max_error * (1 + 1e-6));
+        const bool keep = b->jobs[i].keep;
+        const float wider = keep ? 0 : (float)(b->max_error * (1 + 1e-6));
         s = b->jobs[i].result;
         if (!s)
-            s = planet_writer_put(b->writer, row->id, &b->jobs[i].coded, row->min - wider,
-                                  row->max + wider);
+            s = planet_writer_put(b->writer, row->id, keep ? &row->body : &b->jobs[i].coded,
+                                  row->min - wider, row->max + wider);
     }
     clear(b);
     return s;
 }
 
-status bounder_put(struct bounder *b, const planet_row *row)
+static status add(struct bounder *b, const planet_row *row, bool keep)
 {
     bool full = b->count == BATCH || (b->count && b->jobs[0].row.id.zoom != row->id.zoom);
     status s = full ? bounder_flush(b) : OK;
     if (s) return s;
     struct job *job = &b->jobs[b->count];
-    *job = (struct job){.bounder = b, .row = *row};
+    *job = (struct job){.bounder = b, .row = *row, .keep = keep};
     job->row.body.data = malloc(row->body.size);
     if (!job->row.body.data) return ERR_MEMORY;
     memcpy(job->row.body.data, row->body.data, row->body.size);
     b->count++;
     return OK;
+}
+
+status bounder_put(struct bounder *b, const planet_row *row)
+{
+    return add(b, row, false);
+}
+
+status bounder_keep(struct bounder *b, const planet_row *row)
+{
+    return add(b, row, true);
 }
 
 static status read_chain(void *writer, tile_id id, float *heights)

@@ -17,6 +17,9 @@ void bounder_destroy(struct bounder **bounder);
 // A tile of heights as the parts hold it; the ranges of tiles become wider by the bound.
 status bounder_put(struct bounder *bounder, const planet_row *row);
 
+// A tile whose body and range stay as they are.
+status bounder_keep(struct bounder *bounder, const planet_row *row);
+
 // Writes what is still under way. Before other layers' tiles are put.
 status bounder_flush(struct bounder *bounder);
 

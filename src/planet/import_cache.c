@@ -136,7 +136,8 @@ static status load(struct import_cache *c, cached_tile *t)
     t->planes = malloc((size_t)SAMPLES * (size_t)channels * sizeof(float));
     if (!t->planes) s = ERR_MEMORY;
     if (!s && t->id.layer == LAYER_HEIGHT) {
-        s = codec_height_decode(body.data, body.size, t->planes);
+        s = codec_height_decode_tile(t->id, body.data, body.size, import_store_base_height,
+                                     c->store, t->planes);
         for (int i = 0; !s && i < SAMPLES && !t->has_nan; i++) t->has_nan = isnan(t->planes[i]);
     } else if (!s) {
         s = decode_pixels(&body, channels, t->planes);

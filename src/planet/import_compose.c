@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "planet/import_workshop.h"
+#include "planet/quantum.h"
 
 // A share of a sample smaller than this does not count.
 #define LEAST_SHARE 5e-4f
@@ -38,7 +39,9 @@ static double seam_width(void *user, double lat, double lon)
         if (!outline_holds(g, lat, lon)) continue;
         return w->params.feather_m > 0 ? w->params.feather_m : g->dlat * w->params.ellipsoid.a;
     }
-    return 0;
+    enum tile_layer layer = w->params.inputs[0].source.layer;
+    double step = w->params.base ? import_base_step(w->params.base, layer, lat, lon) : 0;
+    return step > 0 && w->params.feather_m > 0 ? w->params.feather_m : step * w->params.ellipsoid.a;
 }
 
 void compose_plan(struct workshop *w)
@@ -58,7 +61,8 @@ void compose_plan(struct workshop *w)
         w->order[i] = ranks[i].input;
     }
     free(ranks);
-    for (int at = 1; at < w->mosaic_count && w->params.feather_m != 0; at++) {
+    int lowest = w->params.base ? 0 : 1;
+    for (int at = lowest; at < w->mosaic_count && w->params.feather_m != 0; at++) {
         const struct mosaic *m = &w->mosaics[at];
         struct below below = {w, at};
         w->mosaics[at].outline = outline_create(w->params.grids, w->order + m->first, m->count,
@@ -260,8 +264,8 @@ static status find_seam(struct workshop *w, struct bench *b, int at, tile_id id)
 static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id)
 {
     const struct mosaic *m = &w->mosaics[at];
-    bool below = false;
-    for (int i = 0; i < at && (w->blend || m->outline) && !below; i++)
+    bool seam = w->blend || m->outline, below = seam && w->params.base;
+    for (int i = 0; i < at && seam && !below; i++)
         below = w->mosaics[i].zoom <= id.zoom && touches(w, &w->mosaics[i], id);
     status s = read_mosaic(w, b, m, id);
     if (s) return s;
@@ -297,6 +301,23 @@ static status compose_alone(struct workshop *w, struct bench *b, const struct mo
     return OK;
 }
 
+// The planet that is added to lies below all: its own tile, and as what it shows where a seam's
+// blend needs it, or pixels would be black.
+static status lay_base(struct workshop *w, struct bench *b, tile_id id)
+{
+    struct import_base *base = w->params.base;
+    if (!base || !stack_shows(&b->all, false)) return OK;
+    double quantum = w->params.quantum;
+    int exponent = quantum == 0 ? 0 : quantum_exponent(quantum, id.zoom, w->params.ellipsoid.a);
+    status s = import_base_read_alone(base, id, quantum == 0 ? 0 : ldexp(1, exponent), b->source);
+    if (!s) stack_lay(&b->all, w->channels, b->source, NULL, true);
+    if (s && s != ERR_NOT_FOUND) return s;
+    if (!stack_shows(&b->all, id.layer == LAYER_HEIGHT)) return OK;
+    s = import_base_show(base, id, b->source);
+    if (!s) stack_lay(&b->all, w->channels, b->source, NULL, false);
+    return s;
+}
+
 status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *any)
 {
     const struct mosaic *meets = NULL;
@@ -306,7 +327,8 @@ status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *an
             meets = &w->mosaics[at];
             count++;
         }
-    if (id.layer == LAYER_HEIGHT && count <= 1) return compose_alone(w, b, meets, id, any);
+    if (id.layer == LAYER_HEIGHT && count <= 1 && !w->params.base)
+        return compose_alone(w, b, meets, id, any);
     *any = false;
     stack_clear(&b->all);
     for (int at = w->mosaic_count - 1; at >= 0; at--) {
@@ -314,6 +336,8 @@ status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *an
         status s = lay_mosaic(w, b, at, id);
         if (s) return s;
     }
+    status s = lay_base(w, b, id);
+    if (s) return s;
     stack_mean(&b->all, w->channels, b->tile);
     for (int i = 0; i < SAMPLES; i++) {
         if (b->all.own[i] > LEAST_SHARE) *any = true;

@@ -36,15 +36,24 @@ bool plan_bounds_hold(const plan_bounds *b, double lat, double lon)
     return offset <= b->east - b->west;
 }
 
+// A region grown by a distance on the ground (rad); all of the circle where it holds a pole.
+static struct region grow(struct region r, double reach)
+{
+    double far = fmax(fabs(r.south), fabs(r.north)) + reach;
+    double across = far < M_PI / 2 ? fmin(reach / cos(far), M_PI) : M_PI;
+    return (struct region){r.west - across, r.south - reach, r.east + across, r.north + reach};
+}
+
 // Parts of the grid's extent that lie inside the bounds, shifted by whole turns into any place.
-static void add_regions(struct plan_walk *w, const raster_grid *g, const plan_bounds *b)
+static void add_regions(struct plan_walk *w, const raster_grid *g, const plan_bounds *b,
+                        double reach)
 {
     for (int turn = -2; turn <= 2; turn++) {
         double west = fmax(g->west + 2 * M_PI * turn, b->west);
         double east = fmin(g->east + 2 * M_PI * turn, b->east);
         double south = fmax(g->south, b->south), north = fmin(g->north, b->north);
         if (west < east && south < north)
-            w->regions[w->region_count++] = (struct region){west, south, east, north};
+            w->regions[w->region_count++] = grow((struct region){west, south, east, north}, reach);
     }
 }
 
@@ -102,14 +111,16 @@ static void begin_row(struct plan_walk *w)
 }
 
 struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
-                                  int count, const plan_bounds *bounds)
+                                  int count, const plan_bounds *bounds, int reach)
 {
     struct plan_walk *w = NEW(struct plan_walk);
     w->layer = layer;
     w->zoom = zoom;
     w->regions = NEW_ARRAY(struct region, (size_t)count * 5 + 1);
     for (int i = 0; i < count; i++)
-        if (grids[i].zoom >= zoom) add_regions(w, &grids[i], bounds);
+        if (grids[i].zoom >= zoom)
+            add_regions(w, &grids[i], bounds,
+                        grids[i].zoom > zoom ? reach * grid_step_lat(zoom) : 0);
     w->spans = NEW_ARRAY(struct span, (size_t)w->region_count * 5 + 1);
     w->row = grid_rows(zoom);
     w->last_row = -1;

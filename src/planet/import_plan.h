@@ -19,9 +19,10 @@ struct plan_walk;
 
 // Walks the tiles of one layer and zoom: of odd zooms rows from the north, of even ones from the
 // south, so that a zoom begins where the finer one ended; columns from the west. `grids` is
-// borrowed.
+// borrowed. reach: also those into which the filter carries what a finer source says, from so many
+// of this zoom's rows away; 0 unless there may be tiles without a source in them.
 struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
-                                  int count, const plan_bounds *bounds);
+                                  int count, const plan_bounds *bounds, int reach);
 bool plan_walk_next(struct plan_walk *walk, tile_id *id);
 void plan_walk_end(struct plan_walk **walk);
 

@@ -10,15 +10,17 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "planet/codec_bounded.h"
 #include "planet/import_bounded.h"
 #include "planet/synthesis.h"
 
 // Invariant: `lock` guards the writer and every part.
 struct import_store {
-    char *part, *own, *fingerprint, *base_path;
+    char *part, *own, *fingerprint;
     pthread_mutex_t lock;
     struct planet_writer *writer;
-    struct planet_part *base;
+    struct import_base *planet;
+    struct planet_part *base; // the bodies of `planet`
     struct planet_part **others;
     int other_count;
 };
@@ -84,26 +86,12 @@ static status mend_part(void *user, const char *path)
     return s;
 }
 
-// Tiles that hold what they add to their parents cannot lie below others.
-static status check_base(const char *path)
-{
-    struct planet_file *file;
-    status s = planet_file_open(path, &file);
-    if (s) return s;
-    if (planet_file_meta(file)->max_error > 0) {
-        log_error("%s: its heights are stored within a bound; nothing can be added to it", path);
-        s = ERR_UNSUPPORTED;
-    }
-    planet_file_close(&file);
-    return s;
-}
-
 status import_store_open(const import_store_params *params, struct import_store **out)
 {
     struct import_store *store = NEW(struct import_store);
     store->part = copy_text(params->part);
     store->fingerprint = copy_text(params->fingerprint);
-    store->base_path = copy_text(params->base);
+    store->planet = params->base;
     if (params->rank == 0) store->own = copy_text(params->part);
     else if (asprintf(&store->own, "%s.%d", params->part, params->rank) < 0) abort();
     pthread_mutex_init(&store->lock, NULL);
@@ -117,8 +105,7 @@ status import_store_open(const import_store_params *params, struct import_store 
     bool resume = params->resume && access(store->own, F_OK) == 0;
     if (!s) s = planet_writer_open(store->own, store->fingerprint, resume, &store->writer);
     if (!s) s = planet_writer_seal(store->writer);
-    if (!s && params->base) s = check_base(params->base);
-    if (!s && params->base) s = planet_part_open(params->base, &store->base);
+    if (!s && params->base) s = planet_part_open(import_base_path(params->base), &store->base);
     if (s) import_store_close(&store);
     *out = store;
     return s;
@@ -143,7 +130,6 @@ void import_store_close(struct import_store **store)
     free(s->part);
     free(s->own);
     free(s->fingerprint);
-    free(s->base_path);
     free(s);
     *store = NULL;
 }
@@ -212,6 +198,12 @@ status import_store_get(struct import_store *store, tile_id id, codec_blob *body
     return s;
 }
 
+status import_store_base_height(void *user, tile_id id, float *heights)
+{
+    struct import_store *store = user;
+    return store->planet ? import_base_read(store->planet, id, heights) : ERR_NOT_FOUND;
+}
+
 status import_store_commit(struct import_store *store)
 {
     pthread_mutex_lock(&store->lock);
@@ -223,8 +215,9 @@ status import_store_commit(struct import_store *store)
 // The join
 
 struct heads {
+    struct import_base *base;   // NULL: none
     struct planet_part **parts; // the base last
-    planet_row *rows;
+    planet_row *rows;           // the next of each; of a part that has no more: of LAYER_COUNT
     int count;
     uint64_t total;
 };
@@ -243,11 +236,10 @@ static status add_head(void *user, const char *path)
     return s;
 }
 
-// Part `i` to its next tile; one that has no more is closed.
 static status advance(struct heads *h, int i)
 {
     status s = planet_part_next(h->parts[i], &h->rows[i]);
-    if (s == ERR_NOT_FOUND) planet_part_close(&h->parts[i]);
+    if (s == ERR_NOT_FOUND) h->rows[i].id.layer = LAYER_COUNT;
     return s == ERR_NOT_FOUND ? OK : s;
 }
 
@@ -264,7 +256,7 @@ static status pick(struct heads *h, int *best)
 {
     *best = -1;
     for (int i = 0; i < h->count; i++) {
-        if (!h->parts[i]) continue;
+        if (h->rows[i].id.layer == LAYER_COUNT) continue;
         int order = *best < 0 ? -1 : compare_ids(h->rows[i].id, h->rows[*best].id);
         if (order < 0) *best = i;
         status s = order == 0 ? advance(h, i) : OK;
@@ -276,12 +268,50 @@ static status pick(struct heads *h, int *best)
 static bool is_height_next(const struct heads *h)
 {
     for (int i = 0; i < h->count; i++)
-        if (h->parts[i] && h->rows[i].id.layer == LAYER_HEIGHT) return true;
+        if (h->rows[i].id.layer == LAYER_HEIGHT) return true;
     return false;
 }
 
-static status join_rows(struct heads *h, struct planet_writer *w, struct bounder *bounder,
-                        bool (*progress)(void *user, double done), void *user, uint64_t *tiles)
+// Was the tile made anew, so that it is not the base's any more?
+static bool is_made(const struct heads *h, tile_id id)
+{
+    for (int i = 0; i < h->count - 1; i++)
+        if (planet_part_has(h->parts[i], id)) return true;
+    return false;
+}
+
+// A tile of the base whose parent is another now, without loss.
+static status put_recoded(const struct heads *h, const planet_row *row, double max_error,
+                          struct bounder *bounder)
+{
+    planet_row coded = *row;
+    float *samples = malloc((size_t)TILE_SIZE * TILE_SIZE * sizeof *samples);
+    if (!samples) return ERR_MEMORY;
+    status s = import_base_read(h->base, row->id, samples);
+    if (!s) s = codec_height_encode_grid(samples, bounded_exponent(max_error), &coded.body);
+    if (!s) s = bounder_keep(bounder, &coded);
+    if (coded.body.data != row->body.data) codec_blob_deinit(&coded.body);
+    free(samples);
+    return s;
+}
+
+static status put_bounded(const struct heads *h, int from, double max_error,
+                          struct bounder *bounder)
+{
+    planet_row row = h->rows[from];
+    if (h->base && from == h->count - 1) {
+        bool other = row.id.zoom > 0 && is_made(h, tile_parent(row.id));
+        return other ? put_recoded(h, &row, max_error, bounder) : bounder_keep(bounder, &row);
+    }
+    if (!h->base || !import_base_has(h->base, row.id)) return bounder_put(bounder, &row);
+    row.min -= (float)max_error; // of tiles below that are coded
+    row.max += (float)max_error;
+    return bounder_keep(bounder, &row);
+}
+
+static status join_rows(struct heads *h, struct planet_writer *w, double max_error,
+                        struct bounder *bounder, bool (*progress)(void *user, double done),
+                        void *user, uint64_t *tiles)
 {
     status s = OK;
     h->rows = NEW_ARRAY(planet_row, (size_t)h->count + 1);
@@ -290,7 +320,7 @@ static status join_rows(struct heads *h, struct planet_writer *w, struct bounder
     for (int best; !s && !(s = pick(h, &best)) && best >= 0; ++*tiles) {
         const planet_row *r = &h->rows[best];
         bool height = r->id.layer == LAYER_HEIGHT;
-        if (bounder && height) s = bounder_put(bounder, r);
+        if (bounder && height) s = put_bounded(h, best, max_error, bounder);
         else s = planet_writer_put_hashed(w, r->id, &r->body, r->hash, r->min, r->max);
         if (!s) s = advance(h, best);
         // Heights come first; they are all written before another layer's tile is.
@@ -306,14 +336,14 @@ status import_store_join(struct import_store *store, const char *path, struct pl
                          int threads, bool (*progress)(void *user, double done), void *user,
                          uint64_t *tiles)
 {
-    struct heads h = {0};
+    struct heads h = {.base = store->planet};
     struct planet_writer *w = NULL;
     status s = each_part(store->part, add_head, &h);
-    if (!s && store->base_path) s = add_head(&h, store->base_path);
+    if (!s && store->planet) s = add_head(&h, import_base_path(store->planet));
     if (!s) s = planet_writer_open_bulk(path, store->fingerprint, &w);
     struct bounder *bounder =
         !s && meta->max_error > 0 ? bounder_create(w, meta->max_error, threads) : NULL;
-    if (!s) s = join_rows(&h, w, bounder, progress, user, tiles);
+    if (!s) s = join_rows(&h, w, meta->max_error, bounder, progress, user, tiles);
     bounder_destroy(&bounder);
     if (!s) s = planet_measure_gain(w, meta->ellipsoid.a, &meta->synthesis_gain);
     if (!s) s = planet_writer_finish(w, meta);

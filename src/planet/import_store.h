@@ -4,15 +4,16 @@
 #ifndef PERIGEE_PLANET_IMPORT_STORE_H
 #define PERIGEE_PLANET_IMPORT_STORE_H
 
+#include "planet/import_base.h"
 #include "planet/planet_part.h"
 #include "planet/planet_writer.h"
 
 struct import_store;
 
 typedef struct import_store_params {
-    const char *part;        // file to write: rank 0's; other ranks write part.1, part.2, ...
-    const char *fingerprint; // of the parts
-    const char *base;        // a finished planet whose tiles lie below; NULL: none
+    const char *part;         // file to write: rank 0's; other ranks write part.1, part.2, ...
+    const char *fingerprint;  // of the parts
+    struct import_base *base; // a finished planet that is added to, borrowed; NULL: none
     int rank;
     bool resume;
 } import_store_params;
@@ -36,10 +37,15 @@ status import_store_get(struct import_store *store, tile_id id, codec_blob *body
                         float *max);
 status import_store_commit(struct import_store *store);
 
+// A codec_parent for bodies that import_store_get gives: those of a base hold what they add to its
+// tiles. user: the store.
+status import_store_base_height(void *store, tile_id id, float *heights);
+
 // Gathers all parts and the base (where no part has a tile) in the canonical order into a finished
 // planet at `path`: the same tiles give the same bytes. With meta->max_error heights are coded
-// anew (import_bounded.h), by so many threads. For one rank, when all have sealed and
-// before any looks. tiles: how many there are.
+// anew (import_bounded.h), by so many threads; but tiles that the base has too, and those whose
+// parent is not the base's any more, stand without loss, lest two errors add up. For one rank, when
+// all have sealed and before any looks. tiles: how many there are.
 status import_store_join(struct import_store *store, const char *path, struct planet_meta *meta,
                          int threads, bool (*progress)(void *user, double done), void *user,
                          uint64_t *tiles);

@@ -70,6 +70,7 @@ static const float *fetch_child(void *user, tile_id id, bool *has_nan)
 
 static bool has_finer(const struct workshop *w, tile_id id)
 {
+    if (w->params.base && import_base_has_finer(w->params.base, id)) return true;
     for (int i = 0; i < w->params.count; i++)
         if (w->params.grids[i].zoom > id.zoom && resample_touches(&w->params.grids[i], id))
             return true;

@@ -14,6 +14,7 @@
 #define PERIGEE_PLANET_IMPORT_TILE_H
 
 #include "planet/codec.h"
+#include "planet/import_base.h"
 #include "planet/import_cache.h"
 #include "planet/import_plan.h"
 
@@ -29,6 +30,7 @@ typedef struct workshop_params {
     double feather_m; // width of the seams at borders, as in import_params
     double quantum;   // of heights, as in quantum.h
     struct import_cache *cache;
+    struct import_base *base; // a planet that lies below all inputs, borrowed; NULL: none
 } workshop_params;
 
 struct workshop *workshop_create(const workshop_params *params);
