@@ -63,6 +63,12 @@ static const raster_spec rasters[] = {
      .type = GDT_Float32,
      .value = lower,
      PIECE(200, 160, 20, 60, 0.18)},
+    // At zoom 4, up to where four tiles of every zoom meet.
+    {.name = "corner.tif",
+     .bands = 1,
+     .type = GDT_Float32,
+     .value = higher,
+     PIECE(200, 200, 0, 0, 0.045)},
     {.name = "colour.tif", .bands = 3, .type = GDT_Byte, .value = bands, GLOBE(512)},
     {.name = "red.tif", .bands = 3, .type = GDT_Byte, .value = red, PIECE(300, 300, -60, 20, 0.09)},
 };
@@ -78,8 +84,8 @@ static int make_rasters(void **state)
 // One import; names end with NULL.
 static status run(const char *output, const import_params *params, const char *const *names)
 {
-    import_source sources[4];
-    char paths[4][512], out[512];
+    import_source sources[5];
+    char paths[5][512], out[512];
     import_params p = *params;
     logged[0] = 0;
     for (p.source_count = 0; names[p.source_count]; p.source_count++) {
@@ -146,12 +152,12 @@ static void added_is_imported_together(void **state)
 {
     (void)state;
     static const import_params exact = {0}, add = {.add = true};
-    import("joint.planet", &exact, NAMES("globe.tif", "middle.tif", "inset.tif"));
+    import("joint.planet", &exact, NAMES("globe.tif", "middle.tif", "inset.tif", "corner.tif"));
     import("added.planet", &exact, NAMES("globe.tif"));
-    import("added.planet", &add, NAMES("inset.tif", "middle.tif"));
+    import("added.planet", &add, NAMES("inset.tif", "middle.tif", "corner.tif"));
     assert_same("joint.planet", "added.planet");
     // What is coarser does not hide what the planet has finer.
-    import("added.planet", &exact, NAMES("globe.tif", "inset.tif"));
+    import("added.planet", &exact, NAMES("globe.tif", "inset.tif", "corner.tif"));
     import("added.planet", &add, NAMES("middle.tif"));
     assert_same("joint.planet", "added.planet");
     import("joint.planet", &exact, NAMES("region.tif", "inset.tif"));
