@@ -204,7 +204,7 @@ typedef struct perigee_stats {
     size_t gpu_bytes_targets; // frame-sized buffers
     bool map_edge;            // of the last frame, planar mode: a pole is in sight, where wrapping
                               // the map fails and ground is drawn with the coarsest levels
-    bool needs_redraw;        // data or a fade is still under way
+    bool needs_redraw; // data or a fade is still under way, or data that could not be had yet
 } perigee_stats;
 
 PERIGEE_API perigee_status perigee_view_create(perigee_planet *planet,

@@ -17,6 +17,8 @@ static const size_t DEFAULT_STAGING = (size_t)32 << 20;
 
 struct plan {
     bool active, begun; // begun: a strip was handed out
+    bool again;         // all of the window, in place
+    double until_s;     // the samples handed out stand until then
     window window;      // aimed at; its rect counts columns on the turn the plan was made on
     window_rect target; // of it, what will be valid at the end
     clip_strips strips; // not yet queued
@@ -27,6 +29,7 @@ struct level {
     window window, held;
     window_rect valid; // in columns of `held`
     clip_range range;  // covers the heights in `valid`
+    double until_s; // those in `valid` stand until then (clock_now_s): INFINITY but for stand-ins
     struct plan plan;
     double lag;  // frames that its plans took of late
     bool outrun; // would be late in any case: see outruns()
@@ -73,6 +76,7 @@ status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_
         struct level *l = &c->levels[i];
         l->window.level = l->held.level = i;
         l->range = CLIP_RANGE_EMPTY;
+        l->until_s = INFINITY;
         if (params->layer == LAYER_HEIGHT) l->bounds = clip_bounds_create(shape->rows, shape->cols);
     }
     struct clip_jobs_params jobs = {pyramid, pool, params->layer, *shape, c->params.staging_bytes};
@@ -127,8 +131,13 @@ static bool level_complete(const struct clipmap *c, const struct level *l)
 
 static void plan_start(struct clipmap *c, struct level *l)
 {
-    window_rect kept = valid_in(c, l, &l->window);
-    l->plan = (struct plan){.active = true, .window = l->window, .target = l->window.rect};
+    bool again = level_complete(c, l);
+    window_rect kept = again ? (window_rect){0} : valid_in(c, l, &l->window);
+    l->plan = (struct plan){.active = true,
+                            .again = again,
+                            .until_s = INFINITY,
+                            .window = l->window,
+                            .target = l->window.rect};
     l->plan.strips = clip_strips_missing(&c->params.shape, l->window.rect, kept);
 }
 
@@ -137,10 +146,20 @@ static void plan_begin(struct clipmap *c, struct level *l)
 {
     struct plan *p = &l->plan;
     window_rect kept = valid_in(c, l, &p->window);
-    if (window_rect_empty(kept)) c->counters.refills++;
+    if (window_rect_empty(kept)) {
+        c->counters.refills++;
+        l->until_s = INFINITY;
+    }
     p->begun = true;
     l->held = p->window; // l->range still covers what is left
     l->valid = window_rect_intersect(kept, p->target);
+}
+
+// What was made of a level that has been filled again has to be made again.
+static void stand_in_for_next(struct clipmap *c, const struct level *l)
+{
+    int next = l->window.level + 1;
+    if (next < c->params.levels && c->levels[next].held.derived) c->levels[next].until_s = 0;
 }
 
 static void plan_finish_if_done(struct clipmap *c, struct level *l)
@@ -149,6 +168,8 @@ static void plan_finish_if_done(struct clipmap *c, struct level *l)
     if (!p->active || p->live || clip_strips_left(&p->strips, clip_jobs_max_rows(c->jobs))) return;
     p->active = false;
     if (!p->begun) return;
+    l->until_s = fmin(p->again ? (double)INFINITY : l->until_s, p->until_s);
+    if (p->again) stand_in_for_next(c, l);
     l->held = p->window;
     l->valid = p->target;
     if (l->bounds) l->range = clip_bounds_of(l->bounds, l->valid.row0, l->valid.row1);
@@ -295,6 +316,15 @@ void clipmap_move(struct clipmap *c, double lat, double lon, int last)
     feed(c);
 }
 
+static void fill_stand_ins_again(struct clipmap *c)
+{
+    for (int i = 0; i <= c->last; i++) {
+        struct level *l = &c->levels[i];
+        if (l->until_s == (double)INFINITY || l->plan.active || l->outrun) continue;
+        if (level_complete(c, l) && clip_jobs_clock() >= l->until_s) plan_start(c, l);
+    }
+}
+
 static uint32_t levels_held_back(const struct clipmap *c)
 {
     uint32_t levels = 0;
@@ -317,8 +347,9 @@ void clipmap_begin_frame(struct clipmap *c, bool unbounded)
     if (!c->moved && c->last >= 0) {
         c->lag *= forget;
         stand(c);
+        fill_stand_ins_again(c);
         feed(c);
-    }
+    } else fill_stand_ins_again(c);
     c->moved = false;
 }
 
@@ -360,8 +391,12 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     struct level *l = &c->levels[job->window.level];
     if (!l->plan.begun) plan_begin(c, l);
     if (!job->handed) learn_lag(c, job);
+    l->plan.until_s = fmin(l->plan.until_s, job->until_s);
 
-    clipmap_strip s = {.level = job->window.level, .window = job->window, .rect = job->rect};
+    clipmap_strip s = {.level = job->window.level,
+                       .window = job->window,
+                       .rect = job->rect,
+                       .again = l->plan.again};
     s.rect.row0 += job->handed;
     s.rect.row1 = s.rect.row0 + (int64_t)rows;
     s.rows = (int)rows;
@@ -440,6 +475,16 @@ bool clipmap_complete(const struct clipmap *c, int *missing)
     }
     if (missing) *missing = strips;
     return complete;
+}
+
+bool clipmap_provisional(const struct clipmap *c)
+{
+    bool any = false;
+    for (int i = 0; i <= c->last; i++) {
+        const struct level *l = &c->levels[i];
+        any |= l->until_s != (double)INFINITY || (l->plan.active && l->plan.again);
+    }
+    return any;
 }
 
 bool clipmap_wait(struct clipmap *c, double timeout_s)

@@ -46,6 +46,7 @@ typedef struct clipmap_strip {
     int tex_row, tex_col, rows, cols;
     const void *samples;
     size_t bytes;
+    bool again; // where all was valid, some of it stood in for what could not be had: `valid` stays
     // Of a derived window (window.derived > 0): `samples` holds nothing and bytes is 0. The owner
     // makes the rectangle from the texture of level - 1, in which now (not later) all is valid that
     // it is made of, and says in `ranges` what clip_bounds_reduce would say, before
@@ -82,7 +83,8 @@ void clipmap_set_derives(struct clipmap *clipmap,
 // plan that a newer move made useless are dropped. Call once a frame.
 void clipmap_move(struct clipmap *clipmap, double lat, double lon, int last);
 
-// Begins a frame: gives out the next budget of samples (params.samples_frame; `unbounded`: no end
+// Begins a frame. A level that is whole but partly made of stand-ins, whose time is over, is filled
+// again, in place. Gives out the next budget of samples (params.samples_frame; `unbounded`: no end
 // of it). Coarse levels have the first of it, so that the finest yield first. A level whose window
 // will have left its place before its strips can have come (by how long they took of late) yields
 // too, and all finer ones, instead of asking for what nobody will see. They come back when there is
@@ -103,6 +105,10 @@ clipmap_level clipmap_level_state(const struct clipmap *clipmap, int level);
 // outstanding.
 bool clipmap_complete(const struct clipmap *clipmap, int *missing);
 
+// Does a wanted level show what stands in for tiles that could not be had, or is it being filled
+// again? It is complete all the same.
+bool clipmap_provisional(const struct clipmap *clipmap);
+
 // Blocks until some strip is ready or `timeout_s` has passed or nothing is outstanding; true when
 // one is ready.
 bool clipmap_wait(struct clipmap *clipmap, double timeout_s);
@@ -117,8 +123,9 @@ status clipmap_fill(struct pyramid *pyramid, enum tile_layer layer, const window
                     const window *w, window_rect rect, void *samples);
 
 // The same without waiting: ERR_PENDING when tiles are still on their way; the want has a share in
-// each of them.
+// each of them. *until_s: the samples stand until then (clock_now_s), INFINITY but for stand-ins.
 status clipmap_try_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
-                        const window *w, window_rect rect, struct want *want, void *samples);
+                        const window *w, window_rect rect, struct want *want, void *samples,
+                        double *until_s);
 
 #endif

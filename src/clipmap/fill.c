@@ -51,6 +51,7 @@ struct filler {
     int zoom;
     window_rect rect;
     void *samples;
+    double until_s;
 };
 
 static struct band band_at(const struct filler *f, int64_t row, int64_t window_circle)
@@ -72,13 +73,15 @@ static struct band band_at(const struct filler *f, int64_t row, int64_t window_c
     return b;
 }
 
-static status acquire(const struct filler *f, const struct band *b, int64_t tile,
+static status acquire(struct filler *f, const struct band *b, int64_t tile,
                       const pyramid_tile **out)
 {
     int64_t tiles = b->tile_circle / TILE_SIZE;
     tile_id id = {f->layer, f->zoom, b->tile_row, (int)(tile % tiles)};
-    return f->want ? pyramid_try(f->pyramid, id, f->want, out)
-                   : pyramid_acquire(f->pyramid, id, out);
+    status s =
+        f->want ? pyramid_try(f->pyramid, id, f->want, out) : pyramid_acquire(f->pyramid, id, out);
+    if (!s) f->until_s = fmin(f->until_s, (*out)->until_s);
+    return s;
 }
 
 // First sample of window row `row`, column `col` of the result.
@@ -128,7 +131,7 @@ static void reduce_tile(const struct filler *f, const struct band *b, const pyra
     }
 }
 
-static status reduce_band(const struct filler *f, const struct band *b)
+static status reduce_band(struct filler *f, const struct band *b)
 {
     int64_t ratio = b->tile_circle / b->window_circle;
     status pending = OK;
@@ -187,7 +190,7 @@ static void widen_tile(const struct filler *f, const struct band *b, const pyram
     }
 }
 
-static status widen_band(const struct filler *f, const struct band *b)
+static status widen_band(struct filler *f, const struct band *b)
 {
     int64_t parts = b->window_circle / b->tile_circle; // even: a power of two above 1
     int64_t tile_columns = parts * TILE_SIZE;
@@ -217,15 +220,17 @@ static status widen_band(const struct filler *f, const struct band *b)
 status clipmap_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
                     const window *w, window_rect rect, void *samples)
 {
-    return clipmap_try_fill(pyramid, layer, shape, w, rect, NULL, samples);
+    double until_s;
+    return clipmap_try_fill(pyramid, layer, shape, w, rect, NULL, samples, &until_s);
 }
 
 status clipmap_try_fill(struct pyramid *pyramid, enum tile_layer layer, const window_shape *shape,
-                        const window *w, window_rect rect, struct want *want, void *samples)
+                        const window *w, window_rect rect, struct want *want, void *samples,
+                        double *until_s)
 {
     assert(layer == LAYER_HEIGHT || layer == LAYER_COLOR);
     pthread_once(&tables_once, make_tables);
-    struct filler f = {pyramid, want, layer, w->zoom, rect, samples};
+    struct filler f = {pyramid, want, layer, w->zoom, rect, samples, INFINITY};
     int64_t circle = (int64_t)shape->cols << w->share;
     status s = OK, pending = OK;
     for (int64_t row = rect.row0; row < rect.row1 && !s;) {
@@ -234,5 +239,6 @@ status clipmap_try_fill(struct pyramid *pyramid, enum tile_layer layer, const wi
         if (s == ERR_PENDING) pending = s, s = OK;
         row = b.row1;
     }
+    *until_s = f.until_s;
     return s ? s : pending;
 }

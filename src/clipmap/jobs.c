@@ -120,8 +120,8 @@ static status fill(const struct clip_jobs *j, struct clip_job *job)
 {
     const struct clip_jobs_params *p = &j->params;
     window_rect r = job->rect;
-    status s =
-        clipmap_try_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->want, job->samples);
+    status s = clipmap_try_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->want,
+                                job->samples, &job->until_s);
     if (!s && job->ranges)
         clip_bounds_reduce(job->samples, (int)(r.row1 - r.row0),
                            window_texel(r.col0, p->shape.cols), (int)(r.col1 - r.col0),
@@ -184,6 +184,7 @@ bool clip_jobs_add(struct clip_jobs *j, const window *w, window_rect rect, doubl
         job->window = *w;
         job->rect = rect;
         job->handed = job->uploaded = 0;
+        job->until_s = INFINITY;
         j->unfinished += !w->derived;
     }
     pthread_mutex_unlock(&j->lock);

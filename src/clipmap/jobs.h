@@ -30,6 +30,7 @@ struct clip_job {
     window window;
     window_rect rect;
     void *samples;
+    double until_s;       // clock_now_s until which the samples stand
     clip_range *ranges;   // heights: clip_bounds_reduce of the samples
     int handed, uploaded; // rows; the owner's alone
 };

@@ -104,6 +104,12 @@ gaze scout_look(struct scout *s, const geo_camera *camera, double aspect)
     return guess;
 }
 
+void scout_forget(struct scout *s)
+{
+    s->known.gaze.exact = false;
+    if (!is_busy(s)) s->question.gaze.exact = false;
+}
+
 void scout_wait(struct scout *s, double timeout_s)
 {
     double end = clock_now_s() + timeout_s;

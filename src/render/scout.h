@@ -16,6 +16,9 @@ void scout_destroy(struct scout **scout); // waits for its worker: for the disk,
 // aspect, whatever the cache lets go meanwhile; until then a worker is after it.
 gaze scout_look(struct scout *scout, const geo_camera *camera, double aspect);
 
+// What it knows came from data that have changed: it looks again.
+void scout_forget(struct scout *scout);
+
 // Waits until the worker has news or `timeout_s` has passed.
 void scout_wait(struct scout *scout, double timeout_s);
 

@@ -307,11 +307,23 @@ void view_draw(perigee_view *v, double jitter_x, double jitter_y)
     v->stats.map_edge = counts.map_edge;
 }
 
+// As windows_pump(). Ground that stood in for what could not be had may have been looked at too.
+static size_t pump(perigee_view *v, double dt_s)
+{
+    bool provisional = windows_provisional(v->windows);
+    size_t bytes = windows_pump(v->windows, dt_s);
+    if (provisional && !windows_provisional(v->windows)) {
+        scout_forget(v->scout);
+        v->gaze.exact = false;
+    }
+    return bytes;
+}
+
 void view_stream(perigee_view *v)
 {
     double now = clock_s(), dt = now - v->clock_s;
     v->clock_s = now;
-    v->stats.bytes_uploaded = windows_pump(v->windows, dt);
+    v->stats.bytes_uploaded = pump(v, dt);
 }
 
 void view_count_frame(perigee_view *v)
@@ -333,7 +345,8 @@ void view_count_frame(perigee_view *v)
     s->tiles_synthesised = tiles.synthesised;
     s->tiles_corrupt = tiles.corrupt;
     s->gpu_ms = gpu_timer_ms(v->timer, 0);
-    s->needs_redraw = !windows_settled(v->windows) || !v->gaze.exact;
+    s->needs_redraw =
+        !windows_settled(v->windows) || windows_provisional(v->windows) || !v->gaze.exact;
 }
 
 perigee_status perigee_view_render(perigee_view *v, int width, int height)
@@ -377,7 +390,7 @@ perigee_status perigee_view_wait(perigee_view *v, int width, int height, double 
     frame_state_save(&state);
     status s = view_prepare(v, width, height);
     while (!s) {
-        v->stats.total_bytes_uploaded += windows_pump(v->windows, -1);
+        v->stats.total_bytes_uploaded += pump(v, -1);
         bool settled = windows_settled(v->windows);
         if (settled && v->gaze.exact) break;
         double left = end - clock_s();

@@ -310,6 +310,15 @@ static void upload(struct windows *w, const struct layer *l, const clipmap_strip
                        l->format, l->type, s->samples, s->bytes);
 }
 
+// What is filled again shows in the next frame, for nothing else of the level changes.
+static void note_again(struct windows *w, struct layer *l, const clipmap_strip *strip)
+{
+    if (!strip->again) return;
+    l->version[strip->level]++;
+    w->changed = true;
+    w->heights_changed |= l == &w->height;
+}
+
 // A derived strip is not valid before its ranges are known, some frames after it was begun.
 static bool land_derived(struct windows *w)
 {
@@ -317,6 +326,7 @@ static bool land_derived(struct windows *w)
     bool any = false;
     for (; w->deepen && deepen_finished(w->deepen, 0, &strip); any = true) {
         note_pending(&w->pending[strip.level], &strip);
+        note_again(w, &w->height, &strip);
         clipmap_uploaded(w->height.clipmap, &strip);
         deepen_release(w->deepen);
     }
@@ -336,6 +346,7 @@ static bool pump_heights(struct windows *w)
         }
         upload(w, &w->height, &strip);
         note_pending(&w->pending[strip.level], &strip);
+        note_again(w, &w->height, &strip);
         clipmap_uploaded(w->height.clipmap, &strip);
     }
     return any;
@@ -346,6 +357,7 @@ static void pump_colors(struct windows *w)
     clipmap_strip strip;
     while (clipmap_next_strip(w->color.clipmap, gpu_upload_room(w->upload), &strip)) {
         upload(w, &w->color, &strip);
+        note_again(w, &w->color, &strip);
         clipmap_uploaded(w->color.clipmap, &strip);
     }
 }
@@ -443,6 +455,11 @@ uint64_t windows_heights_version(const struct windows *w, int level)
 bool windows_complete(const struct windows *w)
 {
     return clipmap_complete(w->height.clipmap, NULL) && clipmap_complete(w->color.clipmap, NULL);
+}
+
+bool windows_provisional(const struct windows *w)
+{
+    return clipmap_provisional(w->height.clipmap) || clipmap_provisional(w->color.clipmap);
 }
 
 static bool all_shown(const struct layer *l)

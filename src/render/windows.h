@@ -78,6 +78,8 @@ uint64_t windows_heights_version(const struct windows *w, int level);
 // Data is complete and no fade is under way.
 bool windows_settled(const struct windows *w);
 bool windows_complete(const struct windows *w);
+// Complete or not, some of it stands in for data that could not be had, and will be filled again.
+bool windows_provisional(const struct windows *w);
 bool windows_wait(struct windows *w, double timeout_s);
 // "height level 7: 3 strips" lines; returns their number.
 int windows_missing(const struct windows *w, char *text, size_t size);

@@ -1,5 +1,6 @@
 #include "fake_pyramid.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -17,7 +18,7 @@ struct late {
 };
 
 struct pyramid {
-    atomic_int refuse, microseconds, asked, held;
+    atomic_int refuse, microseconds, asked, held, stand_in;
     bool is_late;
     pthread_mutex_t lock;
     struct late late[LATE_MAX];
@@ -95,6 +96,11 @@ void fake_pyramid_refuse(struct pyramid *p, int count)
     p->refuse = count;
 }
 
+void fake_pyramid_stand_in(struct pyramid *p, bool stand_in)
+{
+    p->stand_in = stand_in;
+}
+
 void fake_pyramid_slow(struct pyramid *p, int microseconds)
 {
     p->microseconds = microseconds;
@@ -120,8 +126,9 @@ status pyramid_acquire(struct pyramid *p, tile_id id, const pyramid_tile **out)
         id.col < 0 || id.col >= grid_cols(id.zoom, id.row))
         abort();
     pyramid_tile *t = malloc(sizeof *t);
-    int body = body_of(id.zoom, id.row, id.col);
-    *t = (pyramid_tile){.id = id};
+    bool stand_in = p->stand_in;
+    int body = (body_of(id.zoom, id.row, id.col) + stand_in) % BODIES;
+    *t = (pyramid_tile){.id = id, .until_s = stand_in ? 0 : INFINITY};
     if (id.layer == LAYER_HEIGHT) t->heights = heights[body];
     else t->rgba = colors[body];
     p->held++;

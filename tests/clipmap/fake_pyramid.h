@@ -12,6 +12,9 @@ void fake_pyramid_destroy(struct pyramid **pyramid);
 // The next `count` tiles asked for are refused with ERR_MEMORY.
 void fake_pyramid_refuse(struct pyramid *pyramid, int count);
 
+// From now on tiles are stand-ins, of other bodies, whose time is over at once; or no longer.
+void fake_pyramid_stand_in(struct pyramid *pyramid, bool stand_in);
+
 // Every tile takes this long.
 void fake_pyramid_slow(struct pyramid *pyramid, int microseconds);
 

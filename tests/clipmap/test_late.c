@@ -91,6 +91,58 @@ static void a_turn_gives_up_what_is_stale(void **state)
     model_deinit(&m);
 }
 
+// Frames of a still viewer until nothing stands in any more.
+static void recover(struct model *m)
+{
+    int frames = 0;
+    while (clipmap_provisional(m->clipmap)) {
+        assert_true(frames++ < 30000);
+        clipmap_begin_frame(m->clipmap, false);
+        while (model_take(m, SIZE_MAX)) assert_true(m->pending[m->first].again), model_upload(m);
+        assert_true(clipmap_complete(m->clipmap, NULL)); // all is valid all the time
+        usleep(200);
+    }
+}
+
+static void stand_ins_are_filled_again(void **state)
+{
+    (void)state;
+    struct model m;
+    struct clipmap_counters before, after;
+    model_init(&m, &PARAMS, 2, 64);
+    clipmap_move(m.clipmap, 0.8, 0.2, 11);
+    model_finish(&m);
+    uint64_t right = model_hash(&m, 11);
+    assert_false(clipmap_provisional(m.clipmap));
+    model_deinit(&m);
+    model_init(&m, &PARAMS, 2, 64);
+    fake_pyramid_stand_in(m.pyramid, true);
+    clipmap_move(m.clipmap, 0.8, 0.2, 11);
+    model_finish(&m);
+    assert_true(clipmap_provisional(m.clipmap));
+    assert_true(model_hash(&m, 11) != right);
+    fake_pyramid_stand_in(m.pyramid, false);
+    recover(&m);
+    assert_true(model_hash(&m, 11) == right);
+    model_check(&m);
+    // What has no stand-ins is left alone, and a part of it that a move brought is known.
+    clipmap_counters(m.clipmap, &before);
+    for (int i = 0; i < 10; i++) {
+        clipmap_begin_frame(m.clipmap, false);
+        assert_false(model_take(&m, SIZE_MAX));
+    }
+    fake_pyramid_stand_in(m.pyramid, true);
+    clipmap_move(m.clipmap, 0.8001, 0.2, 11);
+    model_finish(&m);
+    assert_true(clipmap_provisional(m.clipmap));
+    fake_pyramid_stand_in(m.pyramid, false);
+    recover(&m);
+    model_check(&m);
+    clipmap_counters(m.clipmap, &after);
+    assert_int_equal(after.refills, before.refills); // no level is emptied for it
+    model_deinit(&m);
+}
+
 // Dropping everything while tiles are on their way.
 static void destroyed_with_tiles_under_way(void **state)
 {
@@ -113,6 +165,7 @@ int main(void)
         cmocka_unit_test(late_tiles_complete_the_windows),
         cmocka_unit_test(coarse_levels_come_first),
         cmocka_unit_test(a_turn_gives_up_what_is_stale),
+        cmocka_unit_test(stand_ins_are_filled_again),
         cmocka_unit_test(destroyed_with_tiles_under_way),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

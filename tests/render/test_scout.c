@@ -18,7 +18,7 @@ struct gate {
     pthread_t main_thread;
     pthread_mutex_t lock;
     pthread_cond_t opened;
-    bool shut;
+    bool shut, failing;
     int reads, main_reads, held_up;
 };
 
@@ -37,8 +37,13 @@ static status gate_read(struct source *source, tile_id id, struct want *want, vo
     g->held_up += g->shut;
     while (g->shut && !pthread_equal(pthread_self(), g->main_thread))
         pthread_cond_wait(&g->opened, &g->lock);
+    bool failing = g->failing && id.zoom == g->inner->meta.max_zoom[LAYER_HEIGHT];
     pthread_mutex_unlock(&g->lock);
-    return source_read(g->inner, id, want, samples, until_s);
+    status s = source_read(g->inner, id, want, samples, until_s);
+    if (s || !failing || id.layer != LAYER_HEIGHT) return s;
+    for (int i = 0; i < TILE_SIZE * TILE_SIZE; i++) ((float *)samples)[i] += 500;
+    *until_s = clock_now_s(); // its time is over at once
+    return OK;
 }
 
 static void gate_close(struct source *source)
@@ -50,6 +55,13 @@ static const struct source_ops gate_ops = {gate_has, gate_read, NULL, gate_close
 
 static struct planet_file *file;
 static struct gate gate;
+
+static void gate_fail(bool failing)
+{
+    pthread_mutex_lock(&gate.lock);
+    gate.failing = failing;
+    pthread_mutex_unlock(&gate.lock);
+}
 
 static void gate_set(bool shut)
 {
@@ -140,6 +152,53 @@ static void frames_do_not_wait_for_the_disk(void **state)
     }
 }
 
+// A source that fails answers with stand-ins, here ground that lies 500 m too high. When it
+// recovers they go although nothing moves, and what is seen then is what is seen without a failure.
+static void check_recovery(const perigee_camera *camera)
+{
+    enum { MAX_FRAMES = 20000 };
+    static unsigned char got[SCENE_WIDTH * SCENE_HEIGHT * 3], want[sizeof got], failed[sizeof got];
+    const perigee_view_params params = {.threads = 2};
+    gate_set(false);
+    gate_fail(true);
+    perigee_planet planet = planet_open();
+    perigee_view *view = scene_view(&planet, &params);
+    picture_of(view, camera, failed);
+    perigee_stats stats;
+    perigee_view_get_stats(view, &stats);
+    assert_true(stats.needs_redraw);
+    gate_fail(false);
+    for (int i = 0; stats.needs_redraw && i < MAX_FRAMES; i++) {
+        assert_int_equal(perigee_view_render(view, SCENE_WIDTH, SCENE_HEIGHT), 0);
+        perigee_view_get_stats(view, &stats);
+    }
+    assert_false(stats.needs_redraw);
+    glReadPixels(0, 0, SCENE_WIDTH, SCENE_HEIGHT, GL_RGB, GL_UNSIGNED_BYTE, got);
+    perigee_view_destroy(&view);
+    pyramid_destroy(&planet.pyramid);
+
+    planet = planet_open();
+    view = scene_view(&planet, &params);
+    picture_of(view, camera, want);
+    uint32_t last = stats.last_level;
+    perigee_view_get_stats(view, &stats);
+    assert_int_equal(stats.last_level, last); // what was looked at has been looked at again
+    assert_memory_not_equal(failed, want, sizeof want);
+    assert_memory_equal(got, want, sizeof want);
+    perigee_view_destroy(&view);
+    pyramid_destroy(&planet.pyramid);
+}
+
+// From so high that the levels are the same, and from so low that they are not.
+static void stand_ins_go_when_the_source_recovers(void **state)
+{
+    (void)state;
+    perigee_camera c = {.lat_deg = 40, .lon_deg = 20, .alt_m = 60000, .pitch_deg = -30};
+    check_recovery(&c);
+    c.alt_m = analytic_height(c.lat_deg * DEG, c.lon_deg * DEG) + 600;
+    check_recovery(&c);
+}
+
 static geo_camera in_radians(const perigee_camera *c)
 {
     return (geo_camera){.position = {c->lat_deg * DEG, c->lon_deg * DEG, c->alt_m},
@@ -211,6 +270,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_do_not_wait_for_the_disk),
+        cmocka_unit_test(stand_ins_go_when_the_source_recovers),
         cmocka_unit_test(what_is_found_is_kept),
         cmocka_unit_test(guesses_are_told_from_knowledge),
     };
