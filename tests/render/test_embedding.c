@@ -111,7 +111,9 @@ static void test_missing_is_told(void **state)
 {
     (void)state;
     perigee_planet *planet = scene_planet();
-    perigee_view *view = scene_view(planet, NULL);
+    // Less a frame than a level has, so that a wait of no time is too short however late it comes.
+    const perigee_view_params params = {.upload_bytes_frame = 256 << 10};
+    perigee_view *view = scene_view(planet, &params);
     perigee_camera c = {.lat_deg = 10, .alt_m = 5e4, .pitch_deg = -30};
     assert_int_equal(perigee_view_set_camera(view, &c), 0);
     scene_bind(64, 64);
