@@ -107,6 +107,40 @@ static bool near_kind(const depth_picture *p, int x, int y, bool sky)
     return false;
 }
 
+static bool sky_at(const depth_picture *p, int x, int y)
+{
+    return isnan(p->z_m[(size_t)y * (size_t)p->width + (size_t)x]);
+}
+
+static bool ground_at(const depth_picture *p, int x, int y)
+{
+    return x >= 0 && y >= 0 && x < p->width && y < p->height && !sky_at(p, x, y);
+}
+
+// Whether A shows ground on both sides of a pixel, across a direction.
+static bool walled(const struct trial *t, int x, int y, int dx, int dy)
+{
+    return ground_at(&t->a, x + dy, y + dx) && ground_at(&t->a, x - dy, y - dx);
+}
+
+// Whether a missing pixel belongs to a silhouette that A has too low: it is next to B's sky, or
+// from it to there, along a row or column, all is missing, and it is not the second pixel of a slit
+// between A's ground (the first may be where two silhouettes meet).
+static bool at_limb(const struct trial *t, int x, int y)
+{
+    static const int ways[4][2] = {{0, -1}, {0, 1}, {-1, 0}, {1, 0}};
+    if (near_kind(&t->b, x, y, true)) return true;
+    for (int k = 0; k < 4; k++) {
+        int dx = ways[k][0], dy = ways[k][1], i = x, j = y, left = EDGE_SEARCH_PX;
+        if (walled(t, x, y, dx, dy) && walled(t, x + dx, y + dy, dx, dy)) continue;
+        do i += dx, j += dy;
+        while (--left > 0 && ground_at(&t->b, i, j) && sky_at(&t->a, i, j));
+        bool inside = i >= 0 && j >= 0 && i < t->b.width && j < t->b.height;
+        if (inside && sky_at(&t->b, i, j)) return true;
+    }
+    return false;
+}
+
 static enum compare_kind kind_of(const struct trial *t, size_t at)
 {
     bool sky_a = isnan(t->a.z_m[at]), sky_b = isnan(t->b.z_m[at]);
@@ -122,7 +156,7 @@ static void compare_pixel(struct trial *t, int x, int y)
     enum compare_kind kind = kind_of(t, at);
     size_t *const counts[] = {&r->sky, &r->ground, &r->silhouette, &r->missing, &r->extra};
     ++*counts[kind];
-    if (kind == COMPARE_MISSING) r->missing_inside += !near_kind(&t->b, x, y, true);
+    if (kind == COMPARE_MISSING) r->missing_inside += !at_limb(t, x, y);
     if (kind == COMPARE_EXTRA) r->extra_outside += !near_kind(&t->b, x, y, false);
     if (t->maps->kind) t->maps->kind[at] = (unsigned char)kind;
     put(t->maps->geometric_px, at, NAN);

@@ -55,9 +55,12 @@ typedef struct compare_stat {
 
 typedef struct compare_result {
     size_t pixels, sky, ground, silhouette, missing, extra; // one of each kind for each pixel
-    size_t
-        missing_inside; // with no sky of B in the 3 x 3 neighbourhood: holes, not the limb's place
-    size_t extra_outside;                                            // with no ground of B there
+    // Holes: missing pixels that are not the place of a silhouette. Those have sky of B in their 3
+    // x 3 neighbourhood, or nothing but missing pixels between them and B's sky within
+    // EDGE_SEARCH_PX along their row or column, and are no slit in A's ground; limb_px tells how
+    // far the silhouette is off.
+    size_t missing_inside;
+    size_t extra_outside; // with no ground of B in the 3 x 3 neighbourhood
     compare_stat geometric_px, distance_px, depth_m, depth_relative; // COMPARE_GROUND
     compare_stat
         geometric_all_px;    // with the silhouette, where it says more about edges than ground

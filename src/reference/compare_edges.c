@@ -5,6 +5,10 @@
 #include "base/log.h"
 
 enum { ORIENT_PX = 5 }; // an edge's direction comes from those so near
+// Of a pixel with sky beside it no slope is known. Where a surface bends away from the ray, 1 / z
+// goes with the root of the distance from the limb, so that its last step is at most (1 - 0) /
+// (sqrt 2 - 1) = 2.41 times the one before: what is beyond that is another surface.
+#define LIMB_STEEPENS 2.5
 
 static double inverse(const depth_picture *p, int x, int y)
 {
@@ -62,14 +66,17 @@ static int edge_at(const depth_picture *p, struct line l)
     double before = inverse(p, l.x - l.dx, l.y - l.dy),
            after = inverse(p, l.x + 2 * l.dx, l.y + 2 * l.dy);
     double slope_near = near - before, slope_far = after - far;
+    if (isnan(before)) slope_near = isnan(after) ? 0 : LIMB_STEEPENS * slope_far;
+    if (isnan(after)) slope_far = isnan(before) ? 0 : LIMB_STEEPENS * slope_near;
     double of_near = near + slope_near - far, of_far = far - slope_far - near;
-    if (!(of_near * of_far < 0)) return 0; // also where a pixel beside them shows sky
+    if (!(of_near * of_far < 0)) return 0;
     depth_plane a = depth_plane_at(p, l.x, l.y), b = depth_plane_at(p, l.x + l.dx, l.y + l.dy);
     *(l.dx ? &a.right : &a.down) = slope_near;
     *(l.dx ? &b.right : &b.down) = slope_far;
     double step = fmin(step_px(p, l.x, l.y, a, far - slope_far),
                        step_px(p, l.x + l.dx, l.y + l.dy, b, near + slope_near));
     int strength = (step > EDGE_STEP_PX) + (step > EDGE_FAINT_PX);
+    if (strength == 2 && isnan(before + after)) strength = 3;
     return near > far ? strength : -strength;
 }
 
@@ -112,8 +119,8 @@ void edges_mark(const depth_picture *p, const edge_picture *e, unsigned char *ma
     for (int y = 0; y < p->height; y++)
         for (int x = 0; x < p->width; x++) {
             size_t at = (size_t)y * (size_t)p->width + (size_t)x;
-            if (abs(e->right[at]) == 2) mark_box(p, x, y - 1, x + 1, y + 1, mask);
-            if (abs(e->below[at]) == 2) mark_box(p, x - 1, y, x + 1, y + 1, mask);
+            if (abs(e->right[at]) >= 2) mark_box(p, x, y - 1, x + 1, y + 1, mask);
+            if (abs(e->below[at]) >= 2) mark_box(p, x - 1, y, x + 1, y + 1, mask);
         }
 }
 
@@ -180,7 +187,7 @@ static bool find_like(const struct matcher *m, int x, int y, bool row, int searc
 static void match_one(const struct matcher *m, int x, int y, bool row)
 {
     int sense = along(m->b, row)[(size_t)y * (size_t)m->pb->width + (size_t)x], offset = 0;
-    if (abs(sense) < 2) return;
+    if (abs(sense) != 2) return;
     dvec3 n = edge_normal(m->pb, m->b, row ? x + 0.5 : x, row ? y : y + 0.5);
     bool counted = (fabs(n.x) >= fabs(n.y)) == row;
     double cosine = fabs(row ? n.x : n.y) / hypot(n.x, n.y);

@@ -39,7 +39,8 @@ depth_plane depth_plane_at(const depth_picture *p, int x, int y);
 dvec3 depth_plane_normal(const depth_picture *p, const depth_plane *plane, int x, int y);
 
 // Between a pixel and its neighbour: 0 none, 2 an edge whose near side is the pixel, -2 the
-// neighbour; 1 and -1 faint ones, which are only looked for.
+// neighbour; 1 and -1 faint ones, which are only looked for; 3 and -3 against ground of which only
+// the last pixel before the sky shows, which are not counted, as half a pixel hides them.
 typedef struct edge_picture {
     signed char *right, *below; // width * height each
 } edge_picture;
