@@ -25,6 +25,7 @@ static const struct setting SETTINGS[] = {
     {"512x32", {.azimuth_steps = 512, .rings_per_level = 32, .ring_spacing_px = 12}},
     {"low", {.quality = PERIGEE_QUALITY_LOW}},
     {"default", {0}},
+    {"bilinear", {.filter = PERIGEE_FILTER_EMULATED}},
     {"768x64", {.azimuth_steps = 768, .rings_per_level = 64, .texels = 512, .ring_spacing_px = 7}},
     {"1024x80",
      {.azimuth_steps = 1024, .rings_per_level = 80, .texels = 512, .ring_spacing_px = 5}},

@@ -118,6 +118,15 @@ enum perigee_transform {
     PERIGEE_TRANSFORM_BLEND,  // exact far out, approximate near, blended over two levels
 };
 
+// What a vertex's height is made from.
+enum perigee_filter {
+    PERIGEE_FILTER_BY_QUALITY, // sharp; for PERIGEE_QUALITY_PAPER emulated
+    PERIGEE_FILTER_SHARP,      // 4 x 4 samples, which gives back what means and straight lines take
+                               // (of the rings; other modes: emulated)
+    PERIGEE_FILTER_EMULATED,   // bilinear, weights in full float
+    PERIGEE_FILTER_HARDWARE,   // the GPU's own bilinear filter (8-bit weights)
+};
+
 // How fine the mesh and its heights are. Error: distance of what is drawn from the finest data's
 // surface on a screen of 1280 x 960 pixels and 90 degrees, kept by 99.9 % of the pixels in all
 // views measured but telephotos along the ground (tests/ACCURACY.md, 3).
@@ -163,7 +172,7 @@ typedef struct perigee_view_params {
     double grid_denser; // how much denser that grid is in the middle of the picture: 0 to 0.9
     bool grid_mean;     // true: its heights as fine as the geometric mean of a vertex's neighbours
                         // along and across; else as the farthest (Livny et al. 2008)
-    bool hardware_filter;  // true: the GPU's own bilinear filter for heights (8-bit weights)
+    enum perigee_filter filter;
     bool texcoord_vertex;  // true: map coordinates interpolated from the vertices, as in the paper
     bool seam_uncorrected; // true: and the seam's second copy as the first; to show what it cures
     bool no_cull;          // true: draw every sector of every level in range

@@ -6,6 +6,7 @@
 layout(binding = 0) uniform sampler2DArray height_windows;
 
 #define RAMP_TEXELS 4.0
+#define RAMP_EDGE 1.5          /* texels that a fetch of four by four reaches out */
 #define TRANSITION 0.2 /* outer share of a level (in levels) blended with the next coarser */
 
 // Window coordinates (row, column) of a place given relative to the focus.
@@ -17,7 +18,7 @@ vec2 window_place(vec4 map, vec2 dlonlat)
 float window_weight(vec4 valid, float fade, vec2 place)
 {
     float inside = min(min(place.x - valid.x, valid.y - place.x), min(place.y - valid.z, valid.w - place.y));
-    return fade * clamp((inside - 1.0) / RAMP_TEXELS, 0.0, 1.0);
+    return fade * clamp((inside - RAMP_EDGE) / RAMP_TEXELS, 0.0, 1.0);
 }
 
 // Texel (column, row) of a window sample; rows may lie one window before or after.
@@ -50,6 +51,39 @@ float window_height(int level, vec2 place)
 #endif
 }
 
+// What a height has lost, in second differences of the samples along an axis. The pyramid's filter has a variance of 0.42^2
+// samples a zoom (planet/filter.h), all zooms together 4/3 of that, and takes half of it from a parabola: 0.118; straight
+// lines between samples take 1/12 in the mean.
+#define TAKEN 0.2
+
+// Weights of four samples along an axis at f in [0, 1] between the middle two: linear, of samples that have back what was taken.
+vec4 sharp_weights(float f)
+{
+    float b = 1.0 - f;
+    return vec4(-TAKEN * b, b + TAKEN * (2.0 * b - f), f + TAKEN * (2.0 * f - b), -TAKEN * f);
+}
+
+// As window_height, sharpened: so that triangles between vertices a sample apart lie on the ground in the mean, not under
+// its ridges and over its valleys.
+float sharp_height(int level, vec2 place)
+{
+    vec2 size = vec2(textureSize(height_windows, 0).yx), base = floor(place - 0.5), f = place - 0.5 - base;
+    // Gathers about the corner of four samples, far from where their choice would be in doubt.
+    vec2 first = (base + levels.height_torus[level].xy) / size, next = first + 2.0 / size;
+    float layer = float(window_layer(level));
+    vec4 a = textureGather(height_windows, vec3(first.y, first.x, layer)), b = textureGather(height_windows, vec3(next.y, first.x, layer)),
+         c = textureGather(height_windows, vec3(first.y, next.x, layer)), d = textureGather(height_windows, vec3(next.y, next.x, layer));
+    // From the nearest sample, as there.
+    float h = f.x < 0.5 ? (f.y < 0.5 ? a.y : b.x) : (f.y < 0.5 ? c.z : d.w);
+    vec4 row = sharp_weights(f.x), column = sharp_weights(f.y);
+    mat4 rest = mat4(a.w, a.z, b.w, b.z, a.x, a.y, b.x, b.y, c.w, c.z, d.w, d.z, c.x, c.y, d.x, d.y) - h;
+    return h + dot(column, rest * row);
+}
+
+#ifndef CHAIN_SAMPLE
+#define CHAIN_SAMPLE window_height
+#endif
+
 // Share of the next coarser level at a fraction f in [0, 1] of the way in from a level's outer ring.
 float transition_to_coarser(float f)
 {
@@ -66,7 +100,7 @@ float chain_height(vec2 dlonlat, int level, float coarser)
         float w = keep * window_weight(levels.height_valid[i], levels.height_torus[i].z, place);
         keep = 1.0;
         if (w > 0.0) {
-            float h = window_height(i, place);
+            float h = CHAIN_SAMPLE(i, place);
             if (rest == 1.0) finest = h;
             sum += rest * w * (h - finest);
             rest *= 1.0 - w;

@@ -1,4 +1,7 @@
 // Places the vertices of the listed cells: static ring coordinates -> map -> height -> position relative to the camera.
+#ifdef SHARP_HEIGHTS
+#define CHAIN_SAMPLE sharp_height
+#endif
 #include "lib/map.glsl"
 #include "lib/windows.glsl"
 #include "lib/place_frame.glsl"

@@ -180,7 +180,7 @@ const struct option_spec option_table[] = {
     {"transform", 0, V | R | F | C, GROUP_METHOD, VALUE(option_transform, "NAME"),
      "stable (default), exact, approx or blend"},
     {"filter", 0, V | R | F | C, GROUP_METHOD, VALUE(option_filter, "NAME"),
-     "height filter: emulated in full float (default) or hardware"},
+     "height filter: sharp (default; --paper: emulated), emulated bilinear in full float, or hardware"},
     {"texcoord", 0, V | R | F | C, GROUP_METHOD, VALUE(option_texcoord, "WHERE"),
      "map coordinates by fragment (default) or vertex"},
     {"no-cull", 0, V | R | F | C, GROUP_METHOD, FLAG(view_params.no_cull), "draw every sector of every level in range"},

@@ -142,10 +142,10 @@ status option_texels(struct options *o, const char *name, const char *value)
 
 status option_filter(struct options *o, const char *name, const char *value)
 {
-    static const char *const names[] = {"emulated", "hardware"};
-    int found = find_name(value, names, 2);
-    if (found < 0) return refuse(name, value, "emulated or hardware");
-    o->view_params.hardware_filter = found == 1;
+    static const char *const names[] = {"sharp", "emulated", "hardware"};
+    int found = find_name(value, names, 3);
+    if (found < 0) return refuse(name, value, "sharp, emulated or hardware");
+    o->view_params.filter = (enum perigee_filter)(PERIGEE_FILTER_SHARP + found);
     return OK;
 }
 

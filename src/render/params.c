@@ -10,16 +10,17 @@
 struct quality {
     int azimuth_steps, rings_per_level, texels;
     double spacing_px;
+    enum perigee_filter filter;
     double error_px; // bound of 99.9 % of all pixels in the views of tests/ACCURACY.md, 3
 };
 
 // What is chosen from, from cheap to dear (bench/RESULTS.md has the curves); and the paper's
 // (Clasen & Hege 2006, 5: 512 x 20, textures n/4).
-static const struct quality BY_COST[] = {{512, 48, 256, 8, 2.5},
-                                         {640, 64, 256, 7, 2},
-                                         {1024, 80, 512, 5, 1.4},
-                                         {1024, 112, 1024, 4, 0.9}};
-static const struct quality PAPER = {512, 20, 128, -1, 5.5};
+static const struct quality BY_COST[] = {{512, 48, 256, 8, PERIGEE_FILTER_SHARP, 2.5},
+                                         {640, 64, 256, 7, PERIGEE_FILTER_SHARP, 2},
+                                         {1024, 80, 512, 5, PERIGEE_FILTER_SHARP, 1.4},
+                                         {1024, 112, 1024, 4, PERIGEE_FILTER_SHARP, 0.9}};
+static const struct quality PAPER = {512, 20, 128, -1, PERIGEE_FILTER_EMULATED, 5.5};
 
 static const struct quality *const QUALITIES[] = {
     [PERIGEE_QUALITY_DEFAULT] = &BY_COST[1],
@@ -61,6 +62,7 @@ static status complete_rings(perigee_view_params *p)
     if (!p->rings_per_level) p->rings_per_level = q->rings_per_level;
     if (!p->texels) p->texels = q->texels;
     if (p->ring_spacing_px == 0) p->ring_spacing_px = q->spacing_px;
+    if (!p->filter) p->filter = q->filter;
     return OK;
 }
 
@@ -85,6 +87,8 @@ static status check(const perigee_view_params *p)
         wrong = "number of threads (up to 256)", value = p->threads;
     else if ((int)p->transform < 0 || p->transform > PERIGEE_TRANSFORM_BLEND)
         wrong = "transform", value = (int)p->transform;
+    else if ((int)p->filter < 0 || p->filter > PERIGEE_FILTER_HARDWARE)
+        wrong = "height filter", value = (int)p->filter;
     else if (!geometry_mode_find(p->mode)) wrong = "mode", value = (int)p->mode;
     if (!wrong) return OK;
     log_error("impossible %s: %d", wrong, value);

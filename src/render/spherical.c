@@ -32,6 +32,7 @@ struct spherical {
     // The transform may be off by more than a level's window (the paper's are, near the ground), so
     // that a height can come from any coarser level.
     bool any_level;
+    bool sharp; // heights
     GLuint ring_buffer, place_buffer, index_buffer, cell_buffer, vertex_array;
     GLuint place_program, mesh_program;
     int cells;
@@ -195,6 +196,7 @@ static status create(const geometry_params *params, struct geometry **out)
                              .rings_per_level = v->rings_per_level,
                              .levels = v->levels};
     s->spacing_px = v->ring_spacing_px;
+    s->sharp = v->filter == PERIGEE_FILTER_SHARP;
     s->any_level = v->transform != PERIGEE_TRANSFORM_STABLE;
     s->cull = !v->no_cull;
     s->cells = cell_count(&s->rings);
@@ -311,6 +313,11 @@ struct range {
     double low, high;
 };
 
+// By so much of the samples' range a sharpened height may exceed them: half of what the magnitudes
+// of its weights (sharp_weights, shaders/lib/windows.glsl) come to above 1, ((1 + 4 * 0.2)^2 - 1)
+// / 2.
+#define SHARP_EXCESS 1.12
+
 static struct range band_heights(const struct spherical *s, const struct windows *w, int level)
 {
     struct range r, coarser;
@@ -320,6 +327,9 @@ static struct range band_heights(const struct spherical *s, const struct windows
         r.low = fmin(r.low, coarser.low);
         r.high = fmax(r.high, coarser.high);
     }
+    double excess = s->sharp ? SHARP_EXCESS * (r.high - r.low) : 0;
+    r.low -= excess;
+    r.high += excess;
     return r;
 }
 

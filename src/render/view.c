@@ -29,7 +29,7 @@ static double clock_s(void)
 static status create_parts(perigee_view *v)
 {
     geo_ellipsoid body = pyramid_meta(v->planet->pyramid)->ellipsoid;
-    char defines[224];
+    char defines[256];
     v->pool = pool_create(v->params.threads, 256);
     windows_params w = {.pyramid = v->planet->pyramid,
                         .pool = v->pool,
@@ -42,9 +42,10 @@ static status create_parts(perigee_view *v)
     status s = windows_create(&w, &v->windows);
     if (s) return s;
     windows_fill_coarsest(v->windows, 5);
-    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s%s%s%s", (int)v->params.transform,
-             windows_defines(v->windows),
-             v->params.hardware_filter ? "#define HARDWARE_FILTER 1\n" : "",
+    snprintf(defines, sizeof defines, "#define TRANSFORM %d\n%s%s%s%s%s%s",
+             (int)v->params.transform, windows_defines(v->windows),
+             v->params.filter == PERIGEE_FILTER_SHARP ? "#define SHARP_HEIGHTS 1\n" : "",
+             v->params.filter == PERIGEE_FILTER_HARDWARE ? "#define HARDWARE_FILTER 1\n" : "",
              v->params.texcoord_vertex ? "#define TEXCOORD_VERTEX 1\n" : "",
              v->params.seam_uncorrected ? "#define SEAM_UNCORRECTED 1\n" : "",
              v->params.identify ? "#define IDENTIFY 1\n" : "");

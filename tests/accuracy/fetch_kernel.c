@@ -29,13 +29,13 @@ static GLuint make_texture(const float *heights)
     return t;
 }
 
-status fetch_kernel_run(const float *heights, const struct levels_block *levels, bool hardware,
-                        const struct fetch_case *cases, struct fetch_result *results, int count)
+status fetch_kernel_run(const float *heights, const struct levels_block *levels,
+                        const char *defines, const struct fetch_case *cases,
+                        struct fetch_result *results, int count)
 {
     size_t n = (size_t)count;
     GLuint program;
     gpu_program_set_dir(ACCURACY_SHADER_DIR);
-    const char *defines = hardware ? "#define HARDWARE_FILTER 1\n" : NULL;
     status s = gpu_program_create_compute("accuracy/fetch.comp", defines, &program);
     if (s) return s;
     GLuint buffers[3], texture = make_texture(heights);

@@ -2,8 +2,6 @@
 #ifndef PERIGEE_TESTS_FETCH_KERNEL_H
 #define PERIGEE_TESTS_FETCH_KERNEL_H
 
-#include <stdbool.h>
-
 #include "base/status.h"
 #include "render/blocks.h"
 
@@ -20,8 +18,9 @@ struct fetch_result {
 };
 
 // heights: FETCH_LEVELS x FETCH_ROWS x FETCH_COLUMNS texels of a texture array that repeats.
-// hardware: with the texture unit's filter. ERR_GPU when the shader does not build.
-status fetch_kernel_run(const float *heights, const struct levels_block *levels, bool hardware,
-                        const struct fetch_case *cases, struct fetch_result *results, int count);
+// defines: put before the shader, or NULL. ERR_GPU when the shader does not build.
+status fetch_kernel_run(const float *heights, const struct levels_block *levels,
+                        const char *defines, const struct fetch_case *cases,
+                        struct fetch_result *results, int count);
 
 #endif

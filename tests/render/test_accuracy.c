@@ -160,7 +160,7 @@ static void test_every_variant(void **state)
         {"approx", {.transform = PERIGEE_TRANSFORM_APPROX}, 0.001},
         {"blend", {.transform = PERIGEE_TRANSFORM_BLEND}, 0.0005},
         {"vertex", {.texcoord_vertex = true}, 0.0002},
-        {"hardware", {.hardware_filter = true}, 0.0002},
+        {"hardware", {.filter = PERIGEE_FILTER_HARDWARE}, 0.0002},
         {"grid", {.mode = PERIGEE_MODE_GRID}, 0.0015},
     };
     perigee_planet *planet = scene_planet();

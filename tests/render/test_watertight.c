@@ -160,7 +160,7 @@ static void test_other_settings(void **state)
         {"low, most left out", {.quality = PERIGEE_QUALITY_LOW}, 0.25},
         {"exact, by vertex", {.transform = PERIGEE_TRANSFORM_EXACT, .texcoord_vertex = true}, 0},
         {"blend, hardware filter",
-         {.transform = PERIGEE_TRANSFORM_BLEND, .hardware_filter = true, .no_cull = true},
+         {.transform = PERIGEE_TRANSFORM_BLEND, .filter = PERIGEE_FILTER_HARDWARE, .no_cull = true},
          0},
     };
     for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
