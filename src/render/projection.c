@@ -8,6 +8,8 @@
 // Rayleigh scale height of the simple atmosphere, m.
 #define AIR_SCALE_HEIGHT_M 8000.0
 
+#define WIDE_FOV (120 * M_PI / 180)
+
 static dmat3 mat_mul(dmat3 a, dmat3 b)
 {
     dmat3 t = dmat3_transpose(b), r;
@@ -141,6 +143,11 @@ dvec3 projection_unproject(const projection *p, double x_px, double y_px, double
     return dvec3_scale(ray(p, 2 * x_px / p->width - 1, 1 - 2 * y_px / p->height), z);
 }
 
+double projection_pixel(const projection *p)
+{
+    return geo_pixel_size(1, fmin(p->camera.fov_y, WIDE_FOV), p->height);
+}
+
 int projection_first_level(const cell_view *view)
 {
     double angle = fmin(view->horizon + view->nadir_angle, M_PI);
@@ -151,7 +158,7 @@ int projection_first_level(const cell_view *view)
 
 int projection_last_level(const projection *p, double distance, double rows, int levels)
 {
-    double pixel = geo_pixel_size(fmax(distance, 0.1), p->camera.fov_y, p->height) / p->ellipsoid.a;
+    double pixel = fmax(distance, 0.1) * projection_pixel(p) / p->ellipsoid.a;
     double level = ceil(log2(2 * M_PI / (rows * pixel)));
     return (int)clamp_double(level, 2, levels - 1);
 }

@@ -18,7 +18,10 @@ typedef struct projection {
     double jitter_x, jitter_y; // px, by which the picture is moved
 } projection;
 
-#define PROJECTION_NEAR_M 0.1
+// What is nearer than this along the view axis is cut off. Depth is reversed and a float, so that a
+// near plane costs it nothing; at a field of view of 179 degrees and an aspect of 4 to 3 ground is
+// seen at 1/191 of its distance along the axis. A power of two, for the shaders.
+#define PROJECTION_NEAR_M 0x1p-13
 
 // Not jittered. The focus: geodetic, rad, anywhere on the planet.
 projection projection_make(geo_ellipsoid e, const geo_camera *camera, double focus_lat,
@@ -34,6 +37,11 @@ cell_view projection_cell_view(const projection *p, double lowest, double summit
 // Point of the meridian frame, relative to the camera, at pixel (x, y) (centre of the top left
 // pixel: 0.5, 0.5) and distance z along the view axis.
 dvec3 projection_unproject(const projection *p, double x_px, double y_px, double z);
+
+// Width of a pixel at a metre, for choosing how fine to draw. At the picture's centre; beyond 120
+// degrees as for those, because pixels there come to cover degrees while those at the border, where
+// the nearest ground is, cover ever less.
+double projection_pixel(const projection *p);
 
 // Coarsest level that can be seen (by the horizon) and finest that is worth drawing: its samples
 // (`rows` across its diameter) are no wider than a pixel on the ground `distance` metres away.

@@ -384,7 +384,7 @@ static struct ring_draw ring_draw_of(const struct spherical *s, const geometry_f
         .view = &f->view,
         .sight = {.radius = p->ellipsoid.a,
                   .altitude = p->camera.position.height,
-                  .pixel = geo_pixel_size(1, p->camera.fov_y, p->height),
+                  .pixel = projection_pixel(p),
                   .spacing_px = s->spacing_px,
                   .gaze = f->gaze},
         .first = f->first,

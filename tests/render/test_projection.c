@@ -61,6 +61,14 @@ static void test_level_range(void **state)
     assert_in_range(ground, 4,
                     6); // a 4.8 km summit shows from 250 km: level 6 reaches 313 km, 5 twice that
     assert_int_equal(projection_last_level(&p, 2, 256, 22), 21);
+    // The widest view: samples stay as small beside the height as they are at 120 degrees, where a
+    // pixel at the centre is 1/277 of it. By that of 179 degrees they were a quarter.
+    c.fov_y = 179 * M_PI / 180;
+    c.position.height = 100;
+    p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 1280, 960);
+    double rows = 256 * ldexp(1, projection_last_level(&p, 100, 256, 22));
+    assert_true(2 * M_PI / rows * 6378137 <= 100 / 277.0);
+    c.fov_y = 1;
     c.position.height = 2e7;
     p = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 1280, 960);
     v = projection_cell_view(&p, -430, 4800);

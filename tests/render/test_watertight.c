@@ -127,6 +127,31 @@ static void test_random_views(void **state)
     look_from_everywhere("default", &(perigee_view_params){0}, RANDOM_VIEWS * times, 31);
 }
 
+// Fields of view from the least to the most there is, over the ground and above it. In the widest
+// the nearest ground lies at a hundredth of its distance along the view axis.
+static void test_fields_of_view(void **state)
+{
+    (void)state;
+    static const double fovs[] = {0.01, 0.1, 1, 120, 150, 170, 178, 179};
+    static const double heights[] = {2, 100, 5000, 400e3};
+    perigee_planet *planet = scene_planet();
+    perigee_view *view = scene_view(planet, &(perigee_view_params){.identify = true});
+    inside = late = 0;
+    for (int i = 0; i < 64; i++) {
+        double above = heights[i / 8 % 4], pitch = i < 32 ? -5 : -40;
+        perigee_camera c = {.lat_deg = 38,
+                            .lon_deg = 128.4,
+                            .heading_deg = 30,
+                            .pitch_deg = pitch - (i / 8 % 4 == 3 ? 20 : 0),
+                            .fov_deg = fovs[i % 8]};
+        c.alt_m = above + ground(&c);
+        check_view(view, "field of view", i, &c, above);
+    }
+    assert_true(inside > 64 * (GAPS_PIXELS / 4));
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
 // The persistent grid, also a coarse one and one that is denser in the middle.
 static void test_grids(void **state)
 {
@@ -360,9 +385,9 @@ int main(int argc, char **argv)
     }
     if (argc > 2) cmocka_set_test_filter(argv[2]);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_aimed_views), cmocka_unit_test(test_random_views),
-        cmocka_unit_test(test_exact_near_the_ground), cmocka_unit_test(test_other_settings),
-        cmocka_unit_test(test_grids)};
+        cmocka_unit_test(test_aimed_views),    cmocka_unit_test(test_random_views),
+        cmocka_unit_test(test_fields_of_view), cmocka_unit_test(test_exact_near_the_ground),
+        cmocka_unit_test(test_other_settings), cmocka_unit_test(test_grids)};
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
