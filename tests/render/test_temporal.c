@@ -361,8 +361,9 @@ static void test_rough_ground(void **state)
         snprintf(name, sizeof name, "%g m above, %g m a frame", walks[f].above, walks[f].step);
         show_swim(name, &w);
         assert_true(w.count > POINTS * STEPS / 4);
-        // From 2 m the farthest points are 38 m away and seen almost along gullies narrower than
-        // samples there; 1024 x 40 rings with none left out are as far off (0.53).
+        // From 2 m the farthest points are 38 m away and seen almost along gullies. Neither more
+        // rings (1024 x 40, none left out: 0.53) nor 512 or 1024 samples across a ring (0.47) are
+        // nearer: what it comes from is not known.
         assert_true(w.worst <= (walks[f].above == 2 ? 0.6 : 0.3) * on_walk);
         assert_true(w.jump <= 0.12 * on_walk);
     }
