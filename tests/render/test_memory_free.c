@@ -17,10 +17,11 @@ enum { PIXELS = SCENE_WIDTH * SCENE_HEIGHT, ZOOM = 3, KEPT = 5, LEVELS = 22 };
 static const double RAD = M_PI / 180;
 static char planet_path[64];
 
-static perigee_planet *open_planet(void)
+static perigee_planet *open_planet(bool flat)
 {
     perigee_planet *planet;
-    assert_int_equal(perigee_planet_open(planet_path, NULL, &planet), 0);
+    perigee_planet_params params = {.flat = flat};
+    assert_int_equal(perigee_planet_open(planet_path, &params, &planet), 0);
     return planet;
 }
 
@@ -99,10 +100,10 @@ static perigee_camera above_ground(perigee_camera c)
     return c;
 }
 
-static void same_pictures(perigee_view_params params, int step, const char *what)
+static void same_pictures(bool flat, perigee_view_params params, int step, const char *what)
 {
     static struct sight kept, fleeting;
-    perigee_planet *planet = open_planet();
+    perigee_planet *planet = open_planet(flat);
     perigee_view *a = view_of(planet, params, false), *b = view_of(planet, params, true);
     double colour = 0;
     uint64_t drawn[2] = {0, 0};
@@ -133,9 +134,10 @@ static void same_pictures(perigee_view_params params, int step, const char *what
 static void same_picture(void **state)
 {
     (void)state;
-    same_pictures((perigee_view_params){0}, 1, "n = 255");
-    same_pictures((perigee_view_params){.texels = 128}, 2, "n = 127 of 128");
-    same_pictures((perigee_view_params){.planar_n = 63, .planar_packed = true}, 3,
+    same_pictures(false, (perigee_view_params){0}, 1, "n = 255");
+    same_pictures(false, (perigee_view_params){.texels = 128}, 2, "n = 127 of 128");
+    same_pictures(true, (perigee_view_params){.planar_n = 127}, 3, "flat map");
+    same_pictures(false, (perigee_view_params){.planar_n = 63, .planar_packed = true}, 3,
                   "n = 63, packed");
 }
 
@@ -144,7 +146,7 @@ static void same_picture(void **state)
 static void memory(void **state)
 {
     (void)state;
-    perigee_planet *planet = open_planet();
+    perigee_planet *planet = open_planet(false);
     size_t samples = 336 * 512, map = 256 * 256 * 8, bytes[2];
     for (int i = 0; i < 2; i++) {
         perigee_view *view = view_of(planet, (perigee_view_params){0}, i == 1);
@@ -196,7 +198,7 @@ static void coming_and_going(void **state)
     (void)state;
     enum { JUMPS = 7, STEPS = 4 };
     static struct sight kept, fleeting;
-    perigee_planet *planet = open_planet();
+    perigee_planet *planet = open_planet(false);
     perigee_view_params small = {.planar_n = 63};
     perigee_view *a = view_of(planet, small, false), *b = view_of(planet, small, true);
     struct check_random r = {31};
@@ -235,7 +237,7 @@ static void where_it_cannot_be(void **state)
 {
     (void)state;
     static const double latitudes[] = {60, -60, 75.5, -75.5, 82.8, 59.7};
-    perigee_planet *planet = open_planet();
+    perigee_planet *planet = open_planet(false);
     perigee_view *view = view_of(planet, (perigee_view_params){.planar_n = 63}, true);
     struct check_random r = {8};
     int without = 0;
@@ -298,7 +300,7 @@ static void never_more_than_two(void **state)
 static void refused(void **state)
 {
     (void)state;
-    perigee_planet *planet = open_planet();
+    perigee_planet *planet = open_planet(false);
     perigee_view *view;
     perigee_view_params p = {.mode = PERIGEE_MODE_PLANAR,
                              .planar_form = PERIGEE_PLANAR_2004,
