@@ -85,6 +85,7 @@ static geo_camera sane(geo_ellipsoid e, const geo_camera *c)
     geo_camera out = *c;
     out.position.lat = clamp_double(c->position.lat, -M_PI / 2, M_PI / 2);
     out.position.lon = geo_wrap_lon(c->position.lon);
+    if (geo_is_plane(e)) out.position.lon = clamp_double(c->position.lon, -M_PI, 0.999999 * M_PI);
     out.position.height = clamp_double(c->position.height, -0.01 * e.b, CONTROL_ALTITUDE_MAX);
     out.heading = remainder(c->heading, 2 * M_PI);
     out.pitch = clamp_double(c->pitch, -M_PI / 2, M_PI / 2);
@@ -334,7 +335,7 @@ void control_double_click(struct control *c, double x, double y)
     to.pitch = fmin(to.pitch, -0.3);
     to.roll = 0;
     to.position = geo_geodetic_from_ecef(e, point);
-    dvec3 ahead = pose_ray(&to, c->screen, 0.5 * c->screen.width, 0.5 * c->screen.height);
+    dvec3 ahead = pose_ray(e, &to, c->screen, 0.5 * c->screen.width, 0.5 * c->screen.height);
     dvec3 back = dvec3_mad(point, ahead, -distance);
     to.position = geo_geodetic_from_ecef(e, back);
     pose_aim(e, &to, point, (dvec3){0, 0, -1});

@@ -51,9 +51,9 @@ static dmat3 rotation_between(dvec3 a, dvec3 b)
     return rotation(dvec3_scale(axis, 1 / length), atan2(length, dvec3_dot(a, b)));
 }
 
-static dvec3 enu_column(double lat, double lon, int column)
+static dvec3 enu_column(geo_ellipsoid e, double lat, double lon, int column)
 {
-    return dmat3_transpose(geo_ecef_from_enu(lat, lon)).row[column];
+    return dmat3_transpose(geo_frame_at(e, lat, lon)).row[column];
 }
 
 static dvec3 camera_ecef(geo_ellipsoid e, const geo_camera *c)
@@ -62,16 +62,16 @@ static dvec3 camera_ecef(geo_ellipsoid e, const geo_camera *c)
 }
 
 // Horizontal unit vector towards an azimuth.
-static dvec3 tangent(const geo_camera *c, double azimuth)
+static dvec3 tangent(geo_ellipsoid e, const geo_camera *c, double azimuth)
 {
-    dmat3 ecef_from_enu = geo_ecef_from_enu(c->position.lat, c->position.lon);
+    dmat3 ecef_from_enu = geo_frame_at(e, c->position.lat, c->position.lon);
     return dmat3_mul(ecef_from_enu, (dvec3){sin(azimuth), cos(azimuth), 0});
 }
 
-static double azimuth_of(geodetic at, dvec3 v)
+static double azimuth_of(geo_ellipsoid e, geodetic at, dvec3 v)
 {
-    return atan2(dvec3_dot(v, enu_column(at.lat, at.lon, 0)),
-                 dvec3_dot(v, enu_column(at.lat, at.lon, 1)));
+    return atan2(dvec3_dot(v, enu_column(e, at.lat, at.lon, 0)),
+                 dvec3_dot(v, enu_column(e, at.lat, at.lon, 1)));
 }
 
 // Puts the camera at an ECEF position with a forward tangent carried there; pitch and roll stay.
@@ -81,8 +81,24 @@ static void place(geo_ellipsoid e, geo_camera *c, dvec3 position, double height,
     geo_camera next = *c;
     next.position = geo_geodetic_from_ecef(e, position);
     if (!isnan(height)) next.position.height = height;
-    if (!keep_heading) next.heading = azimuth_of(next.position, forward);
+    if (!keep_heading) next.heading = azimuth_of(e, next.position, forward);
     if (pose_is_finite(&next)) *c = next;
+}
+
+// Over a plane the camera is carried along, its orientation as it is.
+static void carry(geo_ellipsoid e, geo_camera *c, dvec3 position)
+{
+    place(e, c, position, NAN, (dvec3){0}, true);
+}
+
+// Where a ray meets the level ground at a height; when it does not, or farther than `reach`, the
+// place over which it is so far.
+static dvec3 ray_on_plane(dvec3 p, dvec3 dir, double height, double reach)
+{
+    double t = (height - p.x) / dir.x;
+    if (!(t >= 0 && t <= reach)) t = reach;
+    dvec3 at = dvec3_mad(p, dir, t);
+    return (dvec3){height, at.y, at.z};
 }
 
 // The heading is held between the polar caps; inside them it is carried along the great circle.
@@ -93,7 +109,7 @@ static bool holds_heading(geo_ellipsoid e, const geo_camera *c, dvec3 next)
 
 static void rotate(geo_ellipsoid e, geo_camera *c, dmat3 r, bool keep_heading)
 {
-    dvec3 forward = dmat3_mul(r, tangent(c, c->heading));
+    dvec3 forward = dmat3_mul(r, tangent(e, c, c->heading));
     place(e, c, dmat3_mul(r, camera_ecef(e, c)), c->position.height, forward, keep_heading);
 }
 
@@ -103,20 +119,20 @@ dvec3 pose_eye_ray(const geo_camera *c, struct pose_screen s, double x_px, doubl
     return dvec3_normalize((dvec3){(x_px - 0.5 * s.width) * k, (0.5 * s.height - y_px) * k, -1});
 }
 
-static dvec3 ecef_from_eye(const geo_camera *c, dvec3 eye)
+static dvec3 ecef_from_eye(geo_ellipsoid e, const geo_camera *c, dvec3 eye)
 {
-    return dmat3_mul(dmat3_transpose(geo_eye_from_ecef(c)), eye);
+    return dmat3_mul(dmat3_transpose(geo_eye_over(e, c)), eye);
 }
 
-dvec3 pose_ray(const geo_camera *c, struct pose_screen s, double x_px, double y_px)
+dvec3 pose_ray(geo_ellipsoid e, const geo_camera *c, struct pose_screen s, double x_px, double y_px)
 {
-    return ecef_from_eye(c, pose_eye_ray(c, s, x_px, y_px));
+    return ecef_from_eye(e, c, pose_eye_ray(c, s, x_px, y_px));
 }
 
 bool pose_project(geo_ellipsoid e, const geo_camera *c, struct pose_screen s, dvec3 point,
                   double *x_px, double *y_px)
 {
-    dvec3 v = dmat3_mul(geo_eye_from_ecef(c), dvec3_sub(point, camera_ecef(e, c)));
+    dvec3 v = dmat3_mul(geo_eye_over(e, c), dvec3_sub(point, camera_ecef(e, c)));
     if (!(v.z < 0)) return false;
     double k = s.height / (2 * tan(c->fov_y / 2));
     *x_px = 0.5 * s.width - k * v.x / v.z;
@@ -152,7 +168,11 @@ struct pose_grab pose_grab_make(geo_ellipsoid e, const geo_camera *c, dvec3 poin
 struct pose_grab pose_grab_sphere(geo_ellipsoid e, const geo_camera *c, dvec3 eye_ray,
                                   double radius)
 {
-    dvec3 dir = ecef_from_eye(c, eye_ray);
+    dvec3 dir = ecef_from_eye(e, c, eye_ray);
+    if (geo_is_plane(e)) {
+        double reach = REACH * fabs(c->position.height);
+        return pose_grab_make(e, c, ray_on_plane(camera_ecef(e, c), dir, 0, reach));
+    }
     dvec3 point = ray_on_sphere(camera_ecef(e, c), dir, radius, false, INFINITY);
     struct pose_grab grab = pose_grab_make(e, c, point);
     grab.far = false;
@@ -191,10 +211,16 @@ static void drag_step(geo_ellipsoid e, geo_camera *c, struct pose_grab *grab, dv
 
 void pose_drag(geo_ellipsoid e, geo_camera *c, struct pose_grab *grab, dvec3 eye_ray)
 {
+    if (geo_is_plane(e)) {
+        dvec3 p = camera_ecef(e, c), dir = ecef_from_eye(e, c, eye_ray);
+        dvec3 q = ray_on_plane(p, dir, grab->point.x, REACH * grab->distance);
+        carry(e, c, dvec3_add(p, dvec3_sub(grab->point, q)));
+        return;
+    }
     double radius = dvec3_length(grab->point), last = INFINITY;
     geo_camera best = *c;
     for (int i = 0; i < 12; i++) {
-        dvec3 q = ray_on_sphere(camera_ecef(e, c), ecef_from_eye(c, eye_ray), radius, grab->far,
+        dvec3 q = ray_on_sphere(camera_ecef(e, c), ecef_from_eye(e, c, eye_ray), radius, grab->far,
                                 REACH * grab->distance);
         double off = angle_between(q, grab->point);
         if (!(off < last)) break;
@@ -210,7 +236,11 @@ void pose_zoom(geo_ellipsoid e, geo_camera *c, dvec3 point, dvec3 eye_ray, doubl
 {
     dvec3 p = camera_ecef(e, c);
     dvec3 next = dvec3_mad(point, dvec3_sub(p, point), factor);
-    dvec3 forward = dmat3_mul(rotation_between(p, next), tangent(c, c->heading));
+    if (geo_is_plane(e)) {
+        carry(e, c, next); // the point stays on its ray by itself
+        return;
+    }
+    dvec3 forward = dmat3_mul(rotation_between(p, next), tangent(e, c, c->heading));
     place(e, c, next, NAN, forward, holds_heading(e, c, next));
     geo_camera straight = *c;
     struct pose_grab grab = pose_grab_make(e, c, point);
@@ -224,7 +254,7 @@ void pose_zoom(geo_ellipsoid e, geo_camera *c, dvec3 point, dvec3 eye_ray, doubl
 void pose_aim(geo_ellipsoid e, geo_camera *c, dvec3 point, dvec3 eye_ray)
 {
     dvec3 v = dvec3_normalize(dvec3_sub(point, camera_ecef(e, c)));
-    double up = dvec3_dot(v, geo_normal(c->position.lat, c->position.lon));
+    double up = dvec3_dot(v, geo_up_at(e, c->position.lat, c->position.lon));
     // The eye ray without the camera's roll: right, up, ahead.
     double cr = cos(c->roll), sr = sin(c->roll);
     double right = eye_ray.x * cr + eye_ray.y * sr, above = eye_ray.y * cr - eye_ray.x * sr;
@@ -238,7 +268,7 @@ void pose_aim(geo_ellipsoid e, geo_camera *c, dvec3 point, dvec3 eye_ray)
     double level = ahead * cos(next.pitch) - above * sin(next.pitch);
     // Straight above or below the point any heading will do: the camera keeps its own.
     if (hypot(level, right) > 1e-9 && sqrt(1 - fmin(up * up, 1)) > 1e-9)
-        next.heading = remainder(azimuth_of(c->position, v) - atan2(right, level), 2 * M_PI);
+        next.heading = remainder(azimuth_of(e, c->position, v) - atan2(right, level), 2 * M_PI);
     if (pose_is_finite(&next)) *c = next;
 }
 
@@ -258,13 +288,13 @@ void pose_orbit(geo_ellipsoid e, geo_camera *c, dvec3 point, dvec3 eye_ray, doub
 {
     dvec3 p = camera_ecef(e, c), from = dvec3_sub(p, point);
     geodetic at = geo_geodetic_from_ecef(e, point);
-    dvec3 normal = geo_normal(at.lat, at.lon);
-    dvec3 right = tangent(c, c->heading + M_PI / 2);
+    dvec3 normal = geo_up_at(e, at.lat, at.lon);
+    dvec3 right = tangent(e, c, c->heading + M_PI / 2);
     right = dvec3_normalize(dvec3_mad(right, normal, -dvec3_dot(right, normal)));
     dvec3 ahead = dvec3_cross(normal, right);
     double lean = orbit_tilt(c, from, normal, ahead, tilt);
     dmat3 r = compose(rotation(normal, -turn), rotation(right, lean));
-    dvec3 forward = dmat3_mul(r, tangent(c, c->heading));
+    dvec3 forward = dmat3_mul(r, tangent(e, c, c->heading));
     geo_camera next = *c;
     place(e, &next, dvec3_add(point, dmat3_mul(r, from)), NAN, forward, false);
     next.pitch = clamp_double(next.pitch + lean, -M_PI / 2, M_PI / 2);
@@ -285,7 +315,11 @@ void pose_move(geo_ellipsoid e, geo_camera *c, double right, double ahead)
     double distance = hypot(right, ahead);
     if (!(distance > 0)) return;
     dvec3 p = camera_ecef(e, c);
-    dvec3 to = tangent(c, c->heading + atan2(right, ahead));
+    dvec3 to = tangent(e, c, c->heading + atan2(right, ahead));
+    if (geo_is_plane(e)) {
+        carry(e, c, dvec3_mad(p, to, distance));
+        return;
+    }
     dvec3 axis = dvec3_normalize(dvec3_cross(p, to));
     dmat3 r = rotation(axis, distance / dvec3_length(p));
     rotate(e, c, r, holds_heading(e, c, dmat3_mul(r, p)));

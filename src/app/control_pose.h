@@ -1,7 +1,7 @@
 // One gesture's effect on a camera: the geometry of dragging, zooming, turning and moving over the
-// ellipsoid. Every function keeps the camera's altitude, pitch and roll unless it says otherwise,
-// and leaves the camera alone when there is no finite answer. Pixels count from the top left
-// corner. Pure functions. Any thread.
+// ellipsoid or a plane. Every function keeps the camera's altitude, pitch and roll unless it says
+// otherwise, and leaves the camera alone when there is no finite answer. Pixels count from the top
+// left corner. Pure functions. Any thread.
 #ifndef PERIGEE_APP_CONTROL_POSE_H
 #define PERIGEE_APP_CONTROL_POSE_H
 
@@ -25,7 +25,8 @@ struct pose_grab {
 dvec3 pose_eye_ray(const geo_camera *c, struct pose_screen s, double x_px, double y_px);
 
 // The same in ECEF.
-dvec3 pose_ray(const geo_camera *c, struct pose_screen s, double x_px, double y_px);
+dvec3 pose_ray(geo_ellipsoid e, const geo_camera *c, struct pose_screen s, double x_px,
+               double y_px);
 
 // Pixel of an ECEF point; false when it is not in front of the camera.
 bool pose_project(geo_ellipsoid e, const geo_camera *c, struct pose_screen s, dvec3 point,
