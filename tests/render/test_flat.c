@@ -2,8 +2,6 @@
 // the map over flights across it and along its edges; every point on its pixel's ray and at the
 // height of the terrain; one picture whatever the mode. An argument multiplies the number of
 // flights.
-//
-// What makes each fail is said in tests/ACCURACY-geometries.md.
 #include "render/gaps.h"
 
 static const double RAD = M_PI / 180, A = 6378137.0;
