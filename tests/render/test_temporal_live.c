@@ -84,14 +84,16 @@ static void test_levels_fade_in(void **state)
 
 // Northwards over the latitude where the windows of all fine levels become twice as wide. A level
 // is then filled anew, and while it is, the next coarser one stands in at once: how far the frames
-// are from those that have all data, and that it passes.
+// are from those that have all data, and that it passes. So few bytes a frame that it is they, and
+// not the workers, that are waited for: the machine's load changes nothing.
 static void test_share(void **state)
 {
     (void)state;
     enum { FRAMES = 40 };
     static temporal_picture whole, seen[FRAMES];
     static perigee_camera at[FRAMES];
-    temporal_scene s = temporal_open(temporal_rough(), true, NULL);
+    perigee_view_params few = {.upload_bytes_frame = 4 << 10};
+    temporal_scene s = temporal_open(temporal_rough(), true, &few);
     perigee_camera c = {
         .lat_deg = 57.84, .lon_deg = 12, .heading_deg = 0, .pitch_deg = -25, .fov_deg = 60};
     c.alt_m = temporal_ground(&s, 57.85, c.lon_deg) + 3000;
@@ -114,8 +116,8 @@ static void test_share(void **state)
         "live over 57.85 N: 99.9 %% %.3f px, colour rms %.2f, 99.9 %% %.1f / 255 at most\n",
         worst.p999_px, worst.rms, worst.p999);
     assert_true(worst.p999_px <= 0.15);
-    assert_true(worst.rms <= 2.5);
-    assert_true(worst.p999 <= 12);
+    assert_true(worst.rms <= 1.2);
+    assert_true(worst.p999 <= 6);
     perigee_stats stats = {.needs_redraw = true};
     for (double end = clock_s() + 20; stats.needs_redraw && clock_s() < end; usleep(5000)) {
         temporal_see_now(&s, &c, &seen[0]);
