@@ -27,7 +27,7 @@ SHARED real SHARED_NAME(place_along)(real scale, real scale_low, real x, real of
 }
 
 // Position of the terrain at height h over ring vertex n, e, v, tangent frame, m.
-//   error   in float 1.7e-7 of the distance, 0.86 mm within 10 km (tests/ACCURACY.md, 1)
+//   error   in float 1.7e-7 of the distance, 0.86 mm within 10 km (tests/ACCURACY-transforms.md)
 //   source  P = D (N n + E e - U v) + (h - href) up + h (normal - up) + offset, D = diag(A, A, B), N = (-sin b, 0, cos b),
 //           E = (0, 1, 0), U = (cos b, 0, sin b). In the tangent frame D N = (0, 0, A g), D E = (0, A, 0) and
 //           D U = (B / g, 0, -A skew): each axis has one leading product. The normal lies along

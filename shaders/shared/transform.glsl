@@ -9,7 +9,7 @@
 
 // The default: no cancellation anywhere, so it holds at every latitude and every level.
 //   error   in float at levels 1 .. 22, every colatitude: 1.3e-4 texel of the level's window of 256 rows across, in longitude
-//           (512 columns) as in latitude; within 8 rows of a pole that holds on the ground (tests/ACCURACY.md, 1)
+//           (512 columns) as in latitude; within 8 rows of a pole that holds on the ground (tests/ACCURACY-transforms.md)
 //   source  sin(lat - b) = z cb - rho sb = n + sb (x - rho), x - rho = -y y / (rho + x); then to geodetic latitude by
 //           the tangent of a difference, tan(lat) = r tan(b) at both ends
 //   edges   a pole is right for every azimuth; the sign of e there and beyond tells +pi from -pi

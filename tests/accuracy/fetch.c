@@ -1,5 +1,6 @@
 // Measurement 2: fetching heights from the windows (shaders/lib/windows.glsl) against the same
-// weights and sums in double. Prints the table of tests/ACCURACY.md; fails when a bar is broken.
+// weights and sums in double. Prints the table of tests/ACCURACY-transforms.md; fails when a bar is
+// broken.
 //   accuracy_fetch [--dense]
 // The unit of error is the spacing of floats (ulp) at the largest sample that takes part. Places
 // are given, or come out exact, in float: so the error is that of the fetch alone; that of the

@@ -1,5 +1,6 @@
 // Measurement 1: the map transforms and the placing of vertices in float, on the CPU and on the
-// GPU, against long double. Prints the tables of tests/ACCURACY.md; fails when a bar is broken.
+// GPU, against long double. Prints the tables of tests/ACCURACY-transforms.md; fails when a bar is
+// broken.
 //   accuracy_transforms [--dense]
 #include <stdlib.h>
 #include <string.h>
