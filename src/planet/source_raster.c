@@ -20,6 +20,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "base/vec.h"
 #include "planet/import_raster.h"
 
 #define DEG (180 / M_PI)
@@ -373,6 +374,30 @@ static void fill_blank(tile_id id, void *samples)
     else memset(samples, 0, SAMPLES * 4);
 }
 
+static int held(int i, double first, double last)
+{
+    double low = fmax(ceil(first), 0), high = fmin(floor(last), TILE_SIZE - 1);
+    return (int)clamp_double(i, low, high);
+}
+
+// The raster that a map is of goes on beyond its edges as its nearest samples in the tile, of four
+// bytes each: what is interpolated there falls to nothing otherwise.
+static void carry_on(const struct source_raster *r, const double g[6], void *samples)
+{
+    const geo_ellipsoid map = plane_map_body(r->map);
+    bool whole = r->west <= -map.half_lon * DEG && r->east >= map.half_lon * DEG &&
+                 r->south <= -map.half_lat * DEG && r->north >= map.half_lat * DEG;
+    double west = (r->west - g[0]) / g[1] - 0.5, east = (r->east - g[0]) / g[1] - 0.5;
+    double north = (r->north - g[3]) / g[5] - 0.5, south = (r->south - g[3]) / g[5] - 0.5;
+    bool meets = floor(east) >= fmax(ceil(west), 0) && ceil(west) < TILE_SIZE &&
+                 floor(south) >= fmax(ceil(north), 0) && ceil(north) < TILE_SIZE;
+    uint32_t *s = samples;
+    for (int i = 0; whole && meets && i < SAMPLES; i++) {
+        int y = held(i / TILE_SIZE, north, south), x = held(i % TILE_SIZE, west, east);
+        s[i] = s[y * TILE_SIZE + x];
+    }
+}
+
 static status read_warped(struct source *source, tile_id id, struct want *want, void *samples,
                           double *until_s)
 {
@@ -392,6 +417,7 @@ static status read_warped(struct source *source, tile_id id, struct want *want, 
     if (good)
         good = id.layer == LAYER_HEIGHT ? take_heights(h, target, samples)
                                         : take_pixels(target, samples);
+    if (good && r->map) carry_on(r, g, samples);
     if (!good) {
         r->corrupt++;
         if (!atomic_exchange(&r->told, true))

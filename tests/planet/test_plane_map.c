@@ -1,9 +1,9 @@
 // Rasters in a projected reference system as a plane: sample by sample, to scale, at their
 // geographic place; rasters of other systems over them; and what cannot be laid flat.
 //
-// Fails when broken: the origin half a sample off, the row's direction, no unit conversion
-// (samples); the map's axes exchanged, feet for metres (places); a layer not warped (layers); gaps
-// taken for final (metres: corners).
+// Fails when broken: the origin half a sample off, no unit conversion (samples); the map's axes
+// exchanged, feet for metres (places); a layer not warped (layers); gaps taken for final (metres:
+// corners); the border's samples not carried on (metres).
 #include "check.h"
 
 #include <gdal.h>
@@ -110,6 +110,21 @@ static void check_corners(const struct laid *l)
     }
 }
 
+// Beyond its edges the last sample goes on, so that triangles over an edge lie where the ground is.
+static void check_beyond(const struct laid *l, double step_m)
+{
+    for (int i = 20; i < HEIGHT - 20; i += 40)
+        for (int past = 1; past <= 3; past++) {
+            double east = (WIDTH / 2 - 0.5 + past) * step_m, at = (i + 0.5) * step_m;
+            check_near(height_at(l, east, HEIGHT / 2 * step_m - at), height_of(i, WIDTH - 1), 2e-3);
+            check_near(height_at(l, -east, HEIGHT / 2 * step_m - at), height_of(i, 0), 2e-3);
+            double north = (HEIGHT / 2 - 0.5 + past) * step_m;
+            check_near(height_at(l, at - WIDTH / 2 * step_m, north), height_of(0, i), 2e-3);
+            check_near(height_at(l, at - WIDTH / 2 * step_m, -north), height_of(HEIGHT - 1, i),
+                       2e-3);
+        }
+}
+
 // On the central meridian of a zone of UTM: easting 500 km; northing 4,982,950.400 m at 45 degrees.
 static void test_metres(void **state)
 {
@@ -118,6 +133,7 @@ static void test_metres(void **state)
     struct laid l = lay("utm.tif", NULL);
     check_samples(&l, 30);
     check_corners(&l);
+    check_beyond(&l, 30);
     double radius = pyramid_meta(l.pyramid)->ellipsoid.a, lat[2] = {45, 45.01}, lon[2] = {9, 9};
     struct plane_map *map = source_set_map(l.set);
     plane_map_from_geographic(map, 2, lat, lon);
