@@ -6,9 +6,11 @@
 // corners); the border's samples not carried on (metres).
 #include "check.h"
 
+#include <dirent.h>
 #include <gdal.h>
 #include <gdalwarper.h>
 #include <ogr_srs_api.h>
+#include <unistd.h>
 
 #include "base/log.h"
 #include "planet/source_set.h"
@@ -254,6 +256,23 @@ static void test_degrees(void **state)
     put_away(&l);
 }
 
+static char folder[] = P_tmpdir "/perigee-plane-XXXXXX";
+
+static int enter_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) && !chdir(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    DIR *d = opendir(".");
+    for (struct dirent *e; d && (e = readdir(d));) unlinkat(dirfd(d), e->d_name, 0);
+    if (d) closedir(d);
+    return chdir("/") || rmdir(folder);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -261,5 +280,5 @@ int main(void)
         cmocka_unit_test(test_layers),         cmocka_unit_test(test_degrees),
         cmocka_unit_test(test_what_cannot_be), cmocka_unit_test(test_only_rasters_lie_over),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, enter_folder, remove_folder);
 }
