@@ -1,7 +1,10 @@
 // The map of longitude and latitude as a plane, in every mode: no hole, no crack and nothing off
 // the map over flights across it and along its edges; every point on its pixel's ray and at the
-// height of the terrain; one picture whatever the mode. An argument multiplies the number of
-// flights.
+// height of the terrain. An argument multiplies the number of flights.
+//
+// Fails when broken: what lies beyond the map not discarded (watertight, accuracy); latitudes of
+// the heights stretched by 2 % about the focus (accuracy). Not seen: by 0.02 %; cells nearer than
+// they are to the horizon's test.
 #include "render/gaps.h"
 
 static const double RAD = M_PI / 180, A = 6378137.0;
