@@ -1,4 +1,5 @@
 // Screen-space geometric error against triangles and time, as CSV:
+// at the views of data/views/accuracy.json:
 //   bench_error PLANET [SETTING [PART-OF-A-VIEW'S-NAME]]
 //       a row a view: error, triangles drawn and visible for each pixel of ground
 //   bench_error --levels PLANET [...]   and a row for each level of rings
@@ -42,6 +43,7 @@ enum { SETTING_COUNT = sizeof SETTINGS / sizeof *SETTINGS, TURNS = 15 };
 struct bench {
     perigee_planet *planet;
     struct error_judge judge;
+    struct views_file views;
     gpu_target target;
     bool levels, time;
     const char *setting, *part;
@@ -106,7 +108,7 @@ static void print_stat(const char *setting, const char *view, const char *level,
 }
 
 static void measure(const struct bench *b, const struct setting *setting, perigee_view *view,
-                    const struct error_view *v)
+                    const named_view *v)
 {
     struct error_result r;
     perigee_stats stats;
@@ -143,9 +145,9 @@ static void measure_all(const struct bench *b)
         if (strcmp(b->setting, "all") && strcmp(b->setting, SETTINGS[s].name)) continue;
         params.identify = true;
         if (perigee_view_create(b->planet, &params, &view)) exit(1);
-        for (int i = 0; i < ERROR_VIEW_COUNT; i++)
-            if (strstr(ERROR_VIEWS[i].name, b->part))
-                measure(b, &SETTINGS[s], view, &ERROR_VIEWS[i]);
+        for (int i = 0; i < b->views.count; i++)
+            if (strstr(b->views.views[i].name, b->part))
+                measure(b, &SETTINGS[s], view, &b->views.views[i]);
         perigee_view_destroy(&view);
     }
 }
@@ -166,6 +168,7 @@ int main(int argc, char **argv)
     if (first >= argc) return fprintf(stderr, "usage: see the head of bench_error.c\n"), 2;
     b.setting = first + 1 < argc ? argv[first + 1] : "default";
     b.part = first + 2 < argc ? argv[first + 2] : "";
+    if (views_file_load(VIEWS_FILE, &b.views)) return 1;
     if (gpu_context_create(&gpu) ||
         gpu_target_init(&b.target, ERROR_WIDTH, ERROR_HEIGHT, format, 1, 0))
         return 1;
@@ -175,5 +178,6 @@ int main(int argc, char **argv)
     if (perigee_planet_open(argv[first], &no_synthesis, &b.planet)) return 1;
     measure_all(&b);
     perigee_planet_close(&b.planet);
+    views_file_deinit(&b.views);
     return 0;
 }

@@ -29,20 +29,18 @@ static dvec3 normal_at(const struct error_judge *j, int zoom, double lat, double
     return dvec3_normalize(dvec3_cross(east, north));
 }
 
-perigee_camera error_camera(const struct error_judge *j, const struct error_view *v)
+perigee_camera error_camera(const struct error_judge *j, const named_view *v)
 {
-    return (perigee_camera){.lat_deg = v->lat_deg,
-                            .lon_deg = v->lon_deg,
-                            .alt_m = v->above_m + ground(j, 14, v->lat_deg * RAD, v->lon_deg * RAD),
-                            .heading_deg = v->heading_deg,
-                            .pitch_deg = v->pitch_deg,
-                            .fov_deg = v->fov_deg};
+    perigee_camera c = v->camera;
+    if (v->above_ground) c.alt_m += ground(j, 14, c.lat_deg * RAD, c.lon_deg * RAD);
+    return c;
 }
 
-int error_zoom(const struct error_view *v)
+int error_zoom(const named_view *v)
 {
-    if (v->above_m > 9e4 && v->fov_deg > 50) return 10;
-    return v->above_m < 20 ? 18 : v->above_m < 2000 ? 15 : 12;
+    double above_m = v->camera.alt_m;
+    if (above_m > 9e4 && v->camera.fov_deg > 50) return 10;
+    return above_m < 20 ? 18 : above_m < 2000 ? 15 : 12;
 }
 
 struct planes {

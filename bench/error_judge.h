@@ -6,7 +6,7 @@
 #ifndef PERIGEE_BENCH_ERROR_JUDGE_H
 #define PERIGEE_BENCH_ERROR_JUDGE_H
 
-#include "bench/error_views.h"
+#include "app/views_file.h"
 #include "perigee.h"
 #include "planet/planet_file.h"
 #include "planet/pyramid.h"
@@ -30,8 +30,8 @@ struct error_result {
 };
 
 // The view's camera over this ground, and the zoom of the data it is judged by.
-perigee_camera error_camera(const struct error_judge *judge, const struct error_view *view);
-int error_zoom(const struct error_view *view);
+perigee_camera error_camera(const struct error_judge *judge, const named_view *view);
+int error_zoom(const named_view *view);
 
 // Judges the view's last frame, of ERROR_WIDTH x ERROR_HEIGHT; false when it cannot be read.
 bool error_judge_frame(const struct error_judge *judge, perigee_view *frame,

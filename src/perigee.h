@@ -185,6 +185,14 @@ typedef struct perigee_view_params {
                                  // most; 0: as many as one level has (the n^2 of Losasso & Hoppe)
 } perigee_view_params;
 
+// Makes the mesh of params->mode as near to `size` times as fine as it can be made: so many times
+// the vertices across as the default has, with heights as fine as that needs; 1: the default's.
+// Sets the mode's own parameters only, and texels. Modes that are cut to a number of triangles need
+// to know how many the default draws of the view in question, others do not mind (0). false: the
+// mode has one size, or `size` is not positive.
+PERIGEE_API bool perigee_view_params_resize(perigee_view_params *params, double size,
+                                            uint64_t triangles);
+
 typedef struct perigee_camera {
     double lat_deg, lon_deg, alt_m; // altitude above the ellipsoid
     double heading_deg;             // clockwise from north

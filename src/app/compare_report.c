@@ -171,37 +171,33 @@ static double place_of(const compare_row *row, int i)
     return *(const double *)((const char *)row + places[i].offset);
 }
 
-static void csv_titles(FILE *f)
+void compare_report_csv_titles(FILE *f)
 {
-    fputs("frame", f);
     for (int i = 0; i < PLACES; i++) fprintf(f, ",%s", places[i].name);
     for (int i = 0; i < COUNTS; i++) fprintf(f, ",%s", counts[i].name);
     for (int i = 0; i < MEASURES; i++) {
         fprintf(f, ",%s_count,%s_x,%s_y", measures[i].name, measures[i].name, measures[i].name);
         for (int k = 0; k < NUMBERS; k++) fprintf(f, ",%s_%s", measures[i].name, number_names[k]);
     }
-    fputc('\n', f);
 }
 
-static void csv_number(FILE *f, double value)
+void compare_report_csv_number(FILE *f, double value)
 {
     fputc(',', f);
     if (!isnan(value)) fprintf(f, "%.12g", value);
 }
 
-static void csv_row(FILE *f, const compare_row *row)
+void compare_report_csv_values(FILE *f, const compare_row *row)
 {
-    fprintf(f, "%d", row->frame);
-    for (int i = 0; i < PLACES; i++) csv_number(f, place_of(row, i));
+    for (int i = 0; i < PLACES; i++) compare_report_csv_number(f, place_of(row, i));
     for (int i = 0; i < COUNTS; i++) fprintf(f, ",%zu", count_of(&row->result, i));
     for (int i = 0; i < MEASURES; i++) {
         const compare_stat *s = stat_of(&row->result, i);
         double numbers[NUMBERS];
         fprintf(f, ",%zu,%d,%d", s->count, s->x, s->y);
         numbers_of(s, numbers);
-        for (int k = 0; k < NUMBERS; k++) csv_number(f, numbers[k]);
+        for (int k = 0; k < NUMBERS; k++) compare_report_csv_number(f, numbers[k]);
     }
-    fputc('\n', f);
 }
 
 static status write_error(const char *path)
@@ -210,8 +206,7 @@ static status write_error(const char *path)
     return ERR_IO;
 }
 
-// Closes PATH.part and renames it, or removes it.
-static status finish(FILE *f, const char *path)
+status compare_report_finish(FILE *f, const char *path)
 {
     int failed = ferror(f);
     status s = OK;
@@ -221,7 +216,7 @@ static status finish(FILE *f, const char *path)
     return s;
 }
 
-static status begin(const char *path, FILE **out)
+status compare_report_begin(const char *path, FILE **out)
 {
     char part[OUTPUT_PATH_SIZE];
     status s = output_part(path, part);
@@ -233,45 +228,73 @@ static status begin(const char *path, FILE **out)
 status compare_report_csv(const char *path, const compare_row *rows, int count)
 {
     FILE *f;
-    status s = begin(path, &f);
+    status s = compare_report_begin(path, &f);
     if (s) return s;
-    csv_titles(f);
-    for (int i = 0; i < count; i++) csv_row(f, &rows[i]);
-    return finish(f, path);
+    fputs("frame", f);
+    compare_report_csv_titles(f);
+    for (int i = 0; i < count; i++) {
+        fprintf(f, "\n%d", rows[i].frame);
+        compare_report_csv_values(f, &rows[i]);
+    }
+    fputc('\n', f);
+    return compare_report_finish(f, path);
 }
 
-static void json_add(cJSON *object, const char *name, double value)
+void compare_report_json_number(cJSON *object, const char *name, double value)
 {
     if (isfinite(value)) cJSON_AddNumberToObject(object, name, value);
     else cJSON_AddNullToObject(object, name);
+}
+
+void compare_report_json_stat(cJSON *object, const char *name, const compare_stat *s)
+{
+    cJSON *part = cJSON_AddObjectToObject(object, name);
+    double numbers[NUMBERS];
+    compare_report_json_number(part, "count", (double)s->count);
+    compare_report_json_number(part, "x", s->x);
+    compare_report_json_number(part, "y", s->y);
+    numbers_of(s, numbers);
+    for (int k = 0; k < NUMBERS; k++) compare_report_json_number(part, number_names[k], numbers[k]);
+}
+
+void compare_report_json_members(cJSON *object, const compare_row *row)
+{
+    for (int i = 0; i < PLACES; i++)
+        compare_report_json_number(object, places[i].name, place_of(row, i));
+    for (int i = 0; i < COUNTS; i++)
+        compare_report_json_number(object, counts[i].name, (double)count_of(&row->result, i));
+    for (int i = 0; i < MEASURES; i++)
+        compare_report_json_stat(object, measures[i].name, stat_of(&row->result, i));
 }
 
 static cJSON *json_row(const compare_row *row)
 {
     cJSON *object = cJSON_CreateObject();
     cJSON_AddNumberToObject(object, "frame", row->frame);
-    for (int i = 0; i < PLACES; i++) json_add(object, places[i].name, place_of(row, i));
-    for (int i = 0; i < COUNTS; i++)
-        json_add(object, counts[i].name, (double)count_of(&row->result, i));
-    for (int i = 0; i < MEASURES; i++) {
-        const compare_stat *s = stat_of(&row->result, i);
-        cJSON *part = cJSON_AddObjectToObject(object, measures[i].name);
-        double numbers[NUMBERS];
-        json_add(part, "count", (double)s->count);
-        json_add(part, "x", s->x);
-        json_add(part, "y", s->y);
-        numbers_of(s, numbers);
-        for (int k = 0; k < NUMBERS; k++) json_add(part, number_names[k], numbers[k]);
-    }
+    compare_report_json_members(object, row);
     return object;
+}
+
+status compare_report_json_write(const char *path, const cJSON *root)
+{
+    FILE *f;
+    char *text = cJSON_Print(root);
+    if (!text) {
+        log_error("%s: out of memory", path);
+        return ERR_MEMORY;
+    }
+    status s = compare_report_begin(path, &f);
+    if (!s) {
+        fprintf(f, "%s\n", text);
+        s = compare_report_finish(f, path);
+    }
+    cJSON_free(text);
+    return s;
 }
 
 status compare_report_json(const char *path, const compare_head *head, const compare_row *rows,
                            int count)
 {
-    FILE *f;
-    status s = begin(path, &f);
-    if (s) return s;
     cJSON *root = cJSON_CreateObject();
     cJSON_AddStringToObject(root, "a", head->a);
     cJSON_AddStringToObject(root, "b", head->b);
@@ -283,11 +306,7 @@ status compare_report_json(const char *path, const compare_head *head, const com
     cJSON_AddStringToObject(root, "colour", head->color_note);
     cJSON *frames = cJSON_AddArrayToObject(root, "frames");
     for (int i = 0; i < count; i++) cJSON_AddItemToArray(frames, json_row(&rows[i]));
-    char *text = cJSON_Print(root);
-    if (text) fprintf(f, "%s\n", text);
-    else log_error("%s: out of memory", path);
-    s = text ? finish(f, path) : ERR_MEMORY;
-    cJSON_free(text);
+    status s = compare_report_json_write(path, root);
     cJSON_Delete(root);
     return s;
 }

@@ -42,4 +42,20 @@ status compare_report_csv(const char *path, const compare_row *rows, int count);
 status compare_report_json(const char *path, const compare_head *head, const compare_row *rows,
                            int count);
 
+// For tables with columns of their own before these: the titles, from ",time_s" on, a row's values,
+// and its members added to an object.
+struct cJSON;
+void compare_report_csv_titles(FILE *f);
+void compare_report_csv_values(FILE *f, const compare_row *row);
+void compare_report_csv_number(FILE *f, double value); // a comma and the number, if it is one
+void compare_report_json_members(struct cJSON *object, const compare_row *row);
+void compare_report_json_number(struct cJSON *object, const char *name, double value);
+void compare_report_json_stat(struct cJSON *object, const char *name, const compare_stat *stat);
+
+// Opens PATH.part; and closes it and puts it in its place, or removes it. ERR_IO, logged.
+status compare_report_begin(const char *path, FILE **out);
+status compare_report_finish(FILE *f, const char *path);
+// Writes the value to the file in this way.
+status compare_report_json_write(const char *path, const struct cJSON *root);
+
 #endif

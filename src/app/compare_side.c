@@ -1,5 +1,6 @@
 #include "app/compare_side.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,6 +23,7 @@ status compare_side_open(const char *name, struct compare_side *out)
 
 void compare_side_close(struct compare_side *side)
 {
+    if (side->view) perigee_view_destroy(&side->view);
     image_exr_file_deinit(&side->picture);
 }
 
@@ -30,39 +32,50 @@ static bool is_view(const struct compare_side *side)
     return side->mode >= 0 && side->mode != MODE_REFERENCE;
 }
 
-// A view for each mode among the sides.
-static status open_views(struct compare_stage *stage, const struct compare_side sides[2])
+status compare_side_view(struct compare_side *side, const struct compare_stage *stage,
+                         const perigee_view_params *params)
 {
-    struct options *o = &stage->options;
-    bool a = is_view(&sides[0]), b = is_view(&sides[1]);
-    if (!a && !b) {
-        session_credit(&stage->session);
-        return OK;
-    }
-    o->view_params.mode = (enum perigee_mode)sides[a ? 0 : 1].mode;
-    status s = session_open_view(&stage->session);
-    if (s || !a || !b || sides[0].mode == sides[1].mode) return s;
-    perigee_view_params other = o->view_params;
-    other.mode = (enum perigee_mode)sides[1].mode;
-    return (status)perigee_view_create(stage->session.planet, &other, &stage->other);
+    perigee_view_params own = *params;
+    own.mode = (enum perigee_mode)side->mode;
+    own.no_sky_glow = true; // the reference has no air
+    if (side->view) perigee_view_destroy(&side->view);
+    return (status)perigee_view_create(stage->session.planet, &own, &side->view);
 }
 
-status compare_stage_open(struct compare_stage *stage, const struct compare_side sides[2])
+static status open_views(struct compare_stage *stage, struct compare_side *sides, int count)
 {
-    struct options *o = &stage->options;
-    if (sides[0].mode < 0 && sides[1].mode < 0) return OK;
-    o->view_params.no_sky_glow = true; // the reference has no air
-    status s = session_open_planet(o, &stage->session);
-    if (!s) s = open_views(stage, sides);
-    if (!s && (sides[0].mode == MODE_REFERENCE || sides[1].mode == MODE_REFERENCE))
-        s = reference_source_init(&stage->source, o);
+    status s = OK;
+    for (int i = 0; i < count && !s; i++) {
+        if (!is_view(&sides[i])) continue;
+        if (!stage->session.gpu) s = session_open_gpu(&stage->session);
+        if (!s) s = compare_side_view(&sides[i], stage, &stage->options.view_params);
+        if (s) return s;
+        perigee_stats stats;
+        perigee_view_get_stats(sides[i].view, &stats);
+        log_info("GPU memory of %s: %.1f MiB for terrain and geometry", sides[i].name,
+                 (double)stats.gpu_bytes / 0x1p20);
+    }
     return s;
+}
+
+status compare_stage_open(struct compare_stage *stage, struct compare_side *sides, int count)
+{
+    bool planet = false, reference = false;
+    for (int i = 0; i < count; i++) {
+        planet = planet || sides[i].mode >= 0;
+        reference = reference || sides[i].mode == MODE_REFERENCE;
+    }
+    if (!planet) return OK;
+    status s = session_open_planet(&stage->options, &stage->session);
+    if (s) return s;
+    session_credit(&stage->session);
+    s = open_views(stage, sides, count);
+    return s || !reference ? s : reference_source_init(&stage->source, &stage->options);
 }
 
 void compare_stage_close(struct compare_stage *stage)
 {
     reference_source_deinit(&stage->source);
-    if (stage->other) perigee_view_destroy(&stage->other);
     session_close(&stage->session);
 }
 
@@ -88,25 +101,32 @@ static status take_memory(const struct compare_stage *stage, image_exr_file *p)
     return ERR_MEMORY;
 }
 
-static status render_view(struct compare_stage *stage, int mode, const perigee_camera *camera,
-                          int width, int height, perigee_planes *planes)
+// planes NULL: the frame is finished, not read.
+static status render_view(const struct compare_side *side, const struct compare_stage *stage,
+                          const perigee_camera *camera, int width, int height,
+                          perigee_planes *planes)
 {
     const GLenum format = GL_RGBA8;
-    bool first = mode == (int)stage->options.view_params.mode;
-    perigee_view *view = first ? stage->session.view : stage->other;
-    gpu_target target;
-    status s = (status)perigee_view_set_camera(view, camera);
     const struct options *o = &stage->options;
-    if (!s && o->time_given) s = (status)perigee_view_set_time(view, o->unix_time_s);
-    if (!s) s = (status)perigee_view_wait(view, width, height, o->timeout_s);
+    gpu_target target;
+    status s = (status)perigee_view_set_camera(side->view, camera);
+    if (!s && o->time_given) s = (status)perigee_view_set_time(side->view, o->unix_time_s);
+    if (!s) s = (status)perigee_view_wait(side->view, width, height, o->timeout_s);
     if (!s) s = gpu_target_init(&target, width, height, &format, 1, 0);
     if (s) return s;
     glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
-    s = (status)perigee_view_render(view, width, height);
-    if (!s) s = (status)perigee_view_read_planes(view, planes);
+    s = (status)perigee_view_render(side->view, width, height);
+    if (!s && planes) s = (status)perigee_view_read_planes(side->view, planes);
+    else glFinish();
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gpu_target_deinit(&target);
     return s;
+}
+
+status compare_side_frame(const struct compare_side *side, const struct compare_stage *stage,
+                          const perigee_camera *camera)
+{
+    return render_view(side, stage, camera, stage->width, stage->height, NULL);
 }
 
 static bool report(void *user, double done)
@@ -138,7 +158,7 @@ static status render_centres(const struct compare_side *side, struct compare_sta
                                  .lat_deg = p->lat_deg,
                                  .lon_deg = p->lon_deg,
                                  .level = p->level};
-        return render_view(stage, side->mode, camera, stage->width, stage->height, &planes);
+        return render_view(side, stage, camera, stage->width, stage->height, &planes);
     }
     const reference_planes planes = {.r = p->r,
                                      .g = p->g,
@@ -167,7 +187,7 @@ static status render_colors(const struct compare_side *side, struct compare_stag
     }
     perigee_planes seen = {.r = light, .g = light + n, .b = light + 2 * n};
     const reference_planes cast = {.r = light, .g = light + n, .b = light + 2 * n};
-    status s = is_view(side) ? render_view(stage, side->mode, camera, width, height, &seen)
+    status s = is_view(side) ? render_view(side, stage, camera, width, height, &seen)
                              : render_reference(stage, camera, width, height, &cast);
     float *const planes[] = {side->picture.r, side->picture.g, side->picture.b};
     for (size_t k = 0; k < 3 && !s; k++)
@@ -209,4 +229,32 @@ compare_picture compare_side_planes(const struct compare_side *side)
                              .nx = p->normals[0],
                              .ny = p->normals[1],
                              .nz = p->normals[2]};
+}
+
+status compare_side_judge(const struct compare_side *a, const struct compare_side *b,
+                          const struct compare_stage *stage, const perigee_camera *camera,
+                          const compare_maps *maps, compare_result *out)
+{
+    compare_params params = {
+        // No measure depends on its size: only directions are taken.
+        .ellipsoid = stage->options.planet_params.flat ? geo_plane_of(GEO_WGS84) : GEO_WGS84,
+        .camera = {camera->lat_deg, camera->lon_deg, camera->alt_m, camera->heading_deg,
+                   camera->pitch_deg, camera->roll_deg, camera->fov_deg},
+        .width = stage->width,
+        .height = stage->height,
+        .a = compare_side_planes(a),
+        .b = compare_side_planes(b)};
+    return compare_pictures(&params, maps, out);
+}
+
+void compare_side_zooms(const struct compare_side *side, double *low, double *high)
+{
+    const float *level = side->mode == MODE_REFERENCE ? side->picture.level : NULL;
+    size_t pixels = (size_t)side->picture.width * (size_t)side->picture.height;
+    *low = *high = NAN;
+    for (size_t i = 0; level && i < pixels; i++) {
+        if (level[i] < 0) continue;
+        *low = fmin(*low, level[i]);
+        *high = fmax(*high, level[i]);
+    }
 }

@@ -111,6 +111,14 @@ static bool is_one_of(const char *name, const char *const *names, int count)
     return false;
 }
 
+status json_check_object(struct json_place place, const cJSON *value)
+{
+    char at[512];
+    if (cJSON_IsObject(value)) return OK;
+    log_error("%s: not a JSON object", place_text(place, at, sizeof at));
+    return ERR_FORMAT;
+}
+
 status json_check_members(struct json_place place, const cJSON *object, const char *const *names,
                           int count)
 {

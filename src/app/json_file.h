@@ -18,6 +18,9 @@ struct json_place {
     const char *path, *where;
 };
 
+// ERR_FORMAT, logged, when the value is none.
+status json_check_object(struct json_place place, const struct cJSON *value);
+
 // Every member's name must be one of names[0..count), and none may stand there twice.
 status json_check_members(struct json_place place, const struct cJSON *object,
                           const char *const *names, int count);

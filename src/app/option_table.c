@@ -87,7 +87,8 @@ const struct option_spec option_table[] = {
 
     {"path", 0, F | C, GROUP_FLIGHT, TEXT(path, "FILE"),
      "flight in JSON: key views with time, lat, lon, alt or aboveGround, heading, pitch"},
-    {"fps", 0, F, GROUP_FLIGHT, NUMBER(fps, 0.01, 1000, "N"), "frames for each second of flight (default 30)"},
+    {"fps", 0, F | C, GROUP_FLIGHT, NUMBER(fps, 0.01, 1000, "N"),
+     "frames for each second of flight (default 30); compare: with --modes, flicker is between a frame and the next of so many"},
     {"start", 0, F | C, GROUP_FLIGHT, NUMBER(start_s, 0, 1e6, "S"), "begin at this second of the flight (default 0)"},
     {"end", 0, F | C, GROUP_FLIGHT, NUMBER(end_s, 0, 1e6, "S"), "end at this second (default: the flight's end)"},
     {"frames", 0, C, GROUP_FLIGHT, INTEGER(frames, 1, 100000, "N"),
@@ -103,6 +104,16 @@ const struct option_spec option_table[] = {
     {"a", 0, C, GROUP_COMPARE, TEXT(side_a, "SIDE"),
      "what is judged: spherical (default) or another mode, reference, or an .exr that render wrote"},
     {"b", 0, C, GROUP_COMPARE, TEXT(side_b, "SIDE"), "what it is judged by (default reference)"},
+    {"modes", 0, C, GROUP_COMPARE, TEXT(modes, "all|A,B,..."),
+     "instead of --a: these modes, or all, side by side: errors, triangles, bytes, time, and along flights flicker"},
+    {"views", 0, C, GROUP_COMPARE, TEXT(views, "FILE"),
+     "with --modes: at each view of this JSON file, such as data/views/accuracy.json"},
+    {"equal", 0, C, GROUP_COMPARE, VALUE(option_equal, "WHAT[=VALUE]"),
+     "with --modes: choose each mode's size so that in each view all draw as many triangles, or have the same 99.9 % "
+     "error: triangles, error, triangles=N or error=PX (default: as the first mode has by its defaults); of a flight "
+     "by its middle frame"},
+    {"repeats", 0, C, GROUP_COMPARE, INTEGER(repeats, 0, 1000, "N"),
+     "with --modes: frames of a turning camera that are timed, of each mode in turn; 0: none (default 7)"},
 
     {"output", 'o', R | F | M | C | X, GROUP_OUTPUT, TEXT(output, "FILE"),
      "render: .png, or .exr with depth and position a pixel; fly: a pattern such as frames/%05d.png; "

@@ -253,6 +253,24 @@ status option_heights(struct options *o, const char *name, const char *value)
     return OK;
 }
 
+status option_equal(struct options *o, const char *name, const char *value)
+{
+    static const char *const names[] = {"triangles", "error"};
+    static const double lows[] = {100, 1e-4}, highs[] = {2e9, 1000};
+    size_t length = strcspn(value, "=");
+    for (int i = 0; i < 2; i++) {
+        if (strncmp(value, names[i], length) != 0 || names[i][length]) continue;
+        o->equal = (enum option_equal)(EQUAL_TRIANGLES + i);
+        o->equal_value = NAN;
+        if (!value[length]) return OK;
+        if (number_parse(value + length + 1, &o->equal_value) && o->equal_value >= lows[i] &&
+            o->equal_value <= highs[i])
+            return OK;
+    }
+    return refuse(name, value,
+                  "triangles, error, triangles=N with 100..2e9, or error=PX with 1e-4..1000");
+}
+
 status option_levels(struct options *o, const char *name, const char *value)
 {
     int range[2];

@@ -31,6 +31,7 @@ status option_mode(struct options *o, const char *name, const char *value);
 status option_synthesis(struct options *o, const char *name, const char *value);
 status option_zoom(struct options *o, const char *name, const char *value);
 status option_heights(struct options *o, const char *name, const char *value);
+status option_equal(struct options *o, const char *name, const char *value);
 status option_levels(struct options *o, const char *name, const char *value);
 status option_azimuth_steps(struct options *o, const char *name, const char *value);
 status option_rings(struct options *o, const char *name, const char *value);

@@ -14,7 +14,7 @@
 #include "base/memory.h"
 #include "reference/sight.h"
 
-enum { MAX_OPTIONS = 96, FIRST_LONG = 256 };
+enum { MAX_OPTIONS = 96, FIRST_LONG = 256, FPS_DEFAULT = 30 };
 
 static const char *const names[COMMAND_COUNT] = {"view", "render",  "fly",   "import",
                                                  "info", "compare", "export"};
@@ -213,8 +213,39 @@ static status check_import(const struct options *o)
     return o->earth || o->estimate ? OK : require(o, o->output, "-o");
 }
 
+static status refuse_with(const char *first, const char *second)
+{
+    log_error("compare: %s: not with %s", first, second);
+    return ERR_ARGUMENT;
+}
+
+// What belongs to one pair only, or to several modes only.
+static status check_modes(const struct options *o)
+{
+    if (!o->modes) {
+        const char *lonely = o->views                    ? "--views"
+                             : o->equal != EQUAL_NOTHING ? "--equal"
+                             : o->repeats >= 0           ? "--repeats"
+                             : o->fps != FPS_DEFAULT     ? "--fps"
+                                                         : NULL;
+        if (!lonely) return OK;
+        log_error("compare: %s goes with --modes", lonely);
+        return ERR_ARGUMENT;
+    }
+    if (o->side_a) return refuse_with("--modes", "--a");
+    if (o->output) return refuse_with("--modes", "-o");
+    if (o->picture) return refuse_with("--modes", "--picture");
+    if (o->samples > 1) return refuse_with("--modes", "--samples");
+    if (o->views && o->path) return refuse_with("--views", "--path");
+    if (o->views && options_camera_given(o))
+        return refuse_with("--views", "--camera, --lat and so on: the file has the cameras");
+    return OK;
+}
+
 static status check_compare(const struct options *o)
 {
+    status s = check_modes(o);
+    if (s) return s;
     if (o->path && options_camera_given(o)) {
         log_error("--path %s: the flight has the camera: no --camera, --lat and so on", o->path);
         return ERR_ARGUMENT;
@@ -229,7 +260,7 @@ static status check_compare(const struct options *o)
 static bool uses_reference(const struct options *o)
 {
     if (o->command != COMMAND_COMPARE) return o->reference;
-    return option_mode_find(o->side_a) == MODE_REFERENCE ||
+    return (o->side_a && option_mode_find(o->side_a) == MODE_REFERENCE) ||
            option_mode_find(o->side_b) == MODE_REFERENCE;
 }
 
@@ -287,12 +318,13 @@ status options_parse(enum command command, int argc, char **argv, struct options
         .timeout_s = 60,
         .zoom = SIGHT_AUTO,
         .zoom_error_px = NAN,
-        .fps = 30,
+        .fps = FPS_DEFAULT,
         .end_s = NAN,
         .sheet_columns = 5,
         .sheet_rows = 4,
-        .side_a = "spherical",
         .side_b = "reference",
+        .repeats = -1,
+        .equal_value = NAN,
         .source_layer = LAYER_COUNT,
         .feather_rows = FEATHER_ROWS,
         .feather_m = FEATHER_AUTO,
@@ -302,6 +334,7 @@ status options_parse(enum command command, int argc, char **argv, struct options
     };
     status s = parse_all(out, argc, argv);
     if (!s && !out->help) s = check(out);
+    if (!out->modes && !out->side_a) out->side_a = perigee_mode_name(PERIGEE_MODE_SPHERICAL);
     if (out->paper) out->view_params.quality = PERIGEE_QUALITY_PAPER;
     if (s) options_deinit(out);
     return s;

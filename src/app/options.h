@@ -32,6 +32,9 @@ enum { OPTIONS_MAX_LAYERS = 15 };
 
 enum option_codec { CODEC_LOSSLESS, CODEC_EXACT, CODEC_BOUNDED };
 
+// What the sizes of modes are chosen for.
+enum option_equal { EQUAL_NOTHING, EQUAL_TRIANGLES, EQUAL_ERROR };
+
 struct options {
     enum command command;
     bool help, quiet, verbose;
@@ -69,8 +72,13 @@ struct options {
     int sheet_columns, sheet_rows;
     bool resume;
 
-    const char *side_a, *side_b; // of compare: a mode or a file
+    const char *side_a, *side_b; // of compare: a mode or a file; side_a NULL with `modes`
+    const char *modes;           // of compare: "all" or names with commas; NULL: a pair
+    const char *views;           // file of the views to compare at; NULL: none
     int frames;                  // of a flight that are compared
+    int repeats;                 // of frames that are timed, -1: not given
+    enum option_equal equal;
+    double equal_value; // NaN: that of the first mode
     const char *csv, *json_file, *picture;
 
     import_source *sources; // owned

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "app/camera_json.h"
 #include "app/camera_string.h"
 #include "app/json_file.h"
 #include "base/log.h"
@@ -12,49 +13,19 @@
 
 enum { MAX_KEYS = 10000 };
 
-#define TIME_MAX_S  1e6
-#define ABOVE_MIN_M 0.5
-#define FOV_DEFAULT 60.0
-#define DEG         (M_PI / 180)
-
-static status read_place(struct json_place at, const cJSON *object, struct path_key *key)
-{
-    perigee_camera *c = &key->camera;
-    bool has_alt = cJSON_GetObjectItemCaseSensitive(object, "alt") != NULL;
-    key->above_ground = cJSON_GetObjectItemCaseSensitive(object, "aboveGround") != NULL;
-    status s = json_number(at, object, "lat", -90, 90, true, &c->lat_deg);
-    if (!s) s = json_number(at, object, "lon", -360, 360, true, &c->lon_deg);
-    if (!s && has_alt == key->above_ground) {
-        log_error("%s: %s: exactly one of \"alt\" and \"aboveGround\" is needed", at.path,
-                  at.where);
-        s = ERR_FORMAT;
-    }
-    if (s) return s;
-    return key->above_ground
-               ? json_number(at, object, "aboveGround", ABOVE_MIN_M, CAMERA_ALT_MAX, true,
-                             &c->alt_m)
-               : json_number(at, object, "alt", ABOVE_MIN_M, CAMERA_ALT_MAX, true, &c->alt_m);
-}
+#define TIME_MAX_S 1e6
+#define DEG        (M_PI / 180)
 
 static status read_key(struct json_place at, const cJSON *object, double fov_deg,
                        struct path_key *key)
 {
     static const char *const members[] = {"time",    "lat",   "lon",  "alt", "aboveGround",
                                           "heading", "pitch", "roll", "fov"};
-    perigee_camera *c = &key->camera;
-    c->fov_deg = fov_deg;
-    if (!cJSON_IsObject(object)) {
-        log_error("%s: %s: not a JSON object", at.path, at.where);
-        return ERR_FORMAT;
-    }
-    status s = json_check_members(at, object, members, sizeof members / sizeof members[0]);
+    key->camera.fov_deg = fov_deg;
+    status s = json_check_object(at, object);
+    if (!s) s = json_check_members(at, object, members, sizeof members / sizeof members[0]);
     if (!s) s = json_number(at, object, "time", 0, TIME_MAX_S, true, &key->time_s);
-    if (!s) s = read_place(at, object, key);
-    if (!s) s = json_number(at, object, "heading", -360, 360, true, &c->heading_deg);
-    if (!s) s = json_number(at, object, "pitch", -90, 90, true, &c->pitch_deg);
-    if (!s) s = json_number(at, object, "roll", -180, 180, false, &c->roll_deg);
-    if (!s) s = json_number(at, object, "fov", CAMERA_FOV_MIN, CAMERA_FOV_MAX, false, &c->fov_deg);
-    return s;
+    return s ? s : camera_json_read(at, object, &key->camera, &key->above_ground);
 }
 
 static status read_keys(const char *path, const cJSON *keys, double fov_deg, struct path_file *out)
@@ -98,7 +69,7 @@ static status read_root(const char *path, const cJSON *root, struct path_file *o
     static const char *const members[] = {"name", "fov", "time", "keys"};
     struct json_place at = {path, ""};
     const char *name, *time;
-    double fov_deg = FOV_DEFAULT;
+    double fov_deg = CAMERA_JSON_FOV;
     status s = json_check_members(at, root, members, sizeof members / sizeof members[0]);
     if (!s) s = json_text(at, root, "name", &name);
     if (!s) s = json_text(at, root, "time", &time);
@@ -138,9 +109,9 @@ static status resolve(const struct path_file *file, int i, perigee_planet *plane
         s = (status)perigee_planet_height(planet, c->lat_deg, c->lon_deg, &ground);
     if (s) return s;
     double altitude = c->alt_m + ground;
-    if (altitude < ABOVE_MIN_M) {
+    if (altitude < CAMERA_JSON_ALT_MIN) {
         log_error("%s: key %d: \"aboveGround\" %g is %.1f m above the ellipsoid, less than %g m",
-                  file->path, i + 1, c->alt_m, altitude, ABOVE_MIN_M);
+                  file->path, i + 1, c->alt_m, altitude, CAMERA_JSON_ALT_MIN);
         return ERR_FORMAT;
     }
     *out = (flight_key){

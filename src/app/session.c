@@ -40,12 +40,18 @@ void session_credit(const struct session *s)
     if (s->info.attribution[0]) log_info("%s: %s", s->info.name, s->info.attribution);
 }
 
+status session_open_gpu(struct session *s)
+{
+    status result = gpu_context_create(&s->gpu);
+    if (!result) gpu_program_set_dir(s->options->shader_dir);
+    return result;
+}
+
 status session_open_view(struct session *s)
 {
     const struct options *o = s->options;
-    status result = gpu_context_create(&s->gpu);
+    status result = session_open_gpu(s);
     if (result) return result;
-    gpu_program_set_dir(o->shader_dir);
     result = (status)perigee_view_create(s->planet, &o->view_params, &s->view);
     if (!result && o->time_given) result = (status)perigee_view_set_time(s->view, o->unix_time_s);
     if (result) return result;

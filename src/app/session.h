@@ -23,6 +23,9 @@ status session_open_planet(const struct options *o, struct session *out);
 // Prints whose data it is.
 void session_credit(const struct session *s);
 
+// Adds the context alone.
+status session_open_gpu(struct session *s);
+
 // Adds the context and the view, with the sun where the options have it, and prints the credit and
 // the GPU memory taken.
 status session_open_view(struct session *s);

@@ -19,6 +19,14 @@ const char *perigee_mode_name(enum perigee_mode mode)
     return m ? m->name : NULL;
 }
 
+bool perigee_view_params_resize(perigee_view_params *params, double size, uint64_t triangles)
+{
+    const struct geometry_mode *m = geometry_mode_find(params->mode);
+    if (!m || !m->resize || !(size > 0)) return false;
+    m->resize(params, size, triangles);
+    return true;
+}
+
 status geometry_create(enum perigee_mode mode, const geometry_params *params, struct geometry **out)
 {
     const struct geometry_mode *m = geometry_mode_find(mode);

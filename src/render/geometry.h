@@ -57,6 +57,8 @@ struct geometry_mode {
     // Fills what is left 0 of the mode's own parameters and refuses (ERR_ARGUMENT, logged) what
     // cannot be, after the shared ones are complete. NULL: it has none.
     status (*complete)(perigee_view_params *params);
+    // As perigee_view_params_resize. NULL: there is one size.
+    void (*resize)(perigee_view_params *params, double size, uint64_t triangles);
     // ERR_GPU, ERR_MEMORY.
     status (*create)(const geometry_params *params, struct geometry **out);
     void (*destroy)(struct geometry *geometry);

@@ -11,6 +11,7 @@
 #include "geo/screen_grid.h"
 #include "gpu/program.h"
 #include "render/geometry.h"
+#include "render/params.h"
 
 enum { SIDE_MAX = 4096, VERTICES_MAX = 1 << 22, DEFAULT_ROWS = 360, DEFAULT_COLUMNS = 480 };
 
@@ -57,6 +58,15 @@ static status complete(perigee_view_params *p)
         return ERR_ARGUMENT;
     }
     return OK;
+}
+
+static void resize(perigee_view_params *p, double size, uint64_t triangles)
+{
+    (void)triangles;
+    size = fmin(size, sqrt((double)VERTICES_MAX / (DEFAULT_ROWS * DEFAULT_COLUMNS)));
+    p->grid_rows = (int)fmax(2, floor(size * DEFAULT_ROWS));
+    p->grid_columns = (int)fmax(2, floor(size * DEFAULT_COLUMNS));
+    p->texels = params_texels_for(size);
 }
 
 static struct grid *grid_of(struct geometry *geometry)
@@ -309,6 +319,7 @@ const struct geometry_mode geometry_grid = {
     .name = "grid",
     .outside = true,
     .complete = complete,
+    .resize = resize,
     .create = create,
     .destroy = destroy,
     .gpu_bytes = gpu_bytes,

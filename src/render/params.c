@@ -33,6 +33,7 @@ enum {
     COUNT = sizeof QUALITIES / sizeof *QUALITIES,
     CHOICES = sizeof BY_COST / sizeof *BY_COST,
     DEFAULT_LEVELS = 22,
+    TEXELS_MAX = 1024,
     MAX_THREADS = 256
 };
 
@@ -74,7 +75,7 @@ static status check(const perigee_view_params *p)
         wrong = "azimuth steps (a multiple of 64 up to 4096)", value = p->azimuth_steps;
     else if (p->rings_per_level < 2 || p->rings_per_level > 512 || p->rings_per_level % CELL_BANDS)
         wrong = "rings a level (an even number up to 512)", value = p->rings_per_level;
-    else if (p->texels < 128 || p->texels > 1024 || (p->texels & (p->texels - 1)))
+    else if (p->texels < 128 || p->texels > TEXELS_MAX || (p->texels & (p->texels - 1)))
         wrong = "height samples across a ring (128, 256, 512 or 1024)", value = p->texels;
     else if (p->levels < 3 || p->levels > CLIPMAP_MAX_LEVELS)
         wrong = "levels (3 to 24)", value = p->levels;
@@ -106,4 +107,11 @@ status params_complete(perigee_view_params *p)
     if (s) return s;
     const struct geometry_mode *mode = geometry_mode_find(p->mode);
     return mode->complete ? mode->complete(p) : OK;
+}
+
+int params_texels_for(double size)
+{
+    int texels = BY_COST[1].texels;
+    while (texels < TEXELS_MAX && BY_COST[1].texels * size > texels * 1.2) texels *= 2;
+    return texels;
 }

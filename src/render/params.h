@@ -9,4 +9,8 @@
 // cheapest quality that keeps it. ERR_ARGUMENT, logged, for what cannot be.
 status params_complete(perigee_view_params *params);
 
+// Height samples across a level's ring (a power of two, 256 to 1024) that a mesh `size` times as
+// fine as the default asks for.
+int params_texels_for(double size);
+
 #endif

@@ -57,6 +57,18 @@ static status complete(perigee_view_params *p)
     return ERR_ARGUMENT;
 }
 
+// The squares of the next size, cut by the form of 2004 to the triangles of the size wanted.
+static void resize(perigee_view_params *p, double size, uint64_t triangles)
+{
+    const int default_n = 255;
+    int n = NEST_N_MIN;
+    while (n < NEST_N_MAX && n + 1 < size * (default_n + 1) * 0.999) n = 2 * n + 1;
+    p->planar_n = n;
+    p->texels = n < 127 ? 128 : n + 1;
+    p->planar_form = PERIGEE_PLANAR_2004;
+    p->planar_triangles = (uint32_t)fmin((double)triangles * size * size, UINT32_MAX);
+}
+
 static int table_stride(const struct planar *p)
 {
     return p->n + 2;
@@ -386,6 +398,7 @@ static void identify(const struct geometry *geometry, uint32_t number, int *leve
 const struct geometry_mode geometry_planar = {
     .name = "planar",
     .complete = complete,
+    .resize = resize,
     .create = create,
     .destroy = destroy,
     .gpu_bytes = gpu_bytes,

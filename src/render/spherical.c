@@ -13,6 +13,7 @@
 #include "geo/horizon.h"
 #include "gpu/program.h"
 #include "render/geometry.h"
+#include "render/params.h"
 #include "render/stride.h"
 
 struct index_list {
@@ -427,8 +428,20 @@ static void identify(const struct geometry *geometry, uint32_t number, int *leve
     *sector = cell_sector(cell);
 }
 
+static void resize(perigee_view_params *p, double size, uint64_t triangles)
+{
+    (void)triangles;
+    perigee_view_params usual = {0};
+    params_complete(&usual);
+    p->azimuth_steps = 64 * (int)clamp_double(round(usual.azimuth_steps * size / 64), 1, 64);
+    p->rings_per_level = 2 * (int)clamp_double(round(usual.rings_per_level * size / 2), 1, 256);
+    p->ring_spacing_px = usual.ring_spacing_px / size;
+    p->texels = params_texels_for(size);
+}
+
 const struct geometry_mode geometry_spherical = {
     .name = "spherical",
+    .resize = resize,
     .create = create,
     .destroy = destroy,
     .gpu_bytes = gpu_bytes,

@@ -2,7 +2,7 @@
 // and `high` promise (tests/ACCURACY.md, 3), in pixels of 1280 x 960.
 //   reference_views               four views of the default Earth, 320 x 240: the mesh of 1280 x
 //                                 960, a sixteenth of its pixels
-//   reference_views PLANET        all views of bench/error_views.h at 1280 x 960, and what the
+//   reference_views PLANET        all views of data/views/accuracy.json at 1280 x 960, and what the
 //                                 quicker judge of bench_error says of the same frames
 //   reference_views PLANET PART   those with PART in their names
 #include "render/scene.h"
@@ -67,7 +67,7 @@ static void close_ground(struct ground *g)
     perigee_planet_close(&g->planet);
 }
 
-static void judge(const struct ground *g, const struct error_view *v, const perigee_camera *c,
+static void judge(const struct ground *g, const named_view *v, const perigee_camera *c,
                   int quality, const reference_params *truth, const float *truth_z)
 {
     static float z[FULL_PIXELS];
@@ -103,7 +103,7 @@ static void judge(const struct ground *g, const struct error_view *v, const peri
     if (full) assert_true(visible <= bars[quality].visible);
 }
 
-static bool wanted(const struct error_view *v)
+static bool wanted(const named_view *v)
 {
     if (full) return !part || strstr(v->name, part);
     for (size_t i = 0; i < sizeof SMALL / sizeof *SMALL; i++)
@@ -120,9 +120,11 @@ static void test_views(void **state)
         print_message("%s: not there, nothing tested\n", planet_path);
         skip();
     }
+    struct views_file views;
+    assert_int_equal(views_file_load(VIEWS_FILE, &views), OK);
     open_ground(&g);
-    for (int i = 0; i < ERROR_VIEW_COUNT; i++) {
-        const struct error_view *v = &ERROR_VIEWS[i];
+    for (int i = 0; i < views.count; i++) {
+        const named_view *v = &views.views[i];
         if (!wanted(v)) continue;
         perigee_camera c = error_camera(&g.judge, v);
         reference_params truth = {
@@ -136,6 +138,7 @@ static void test_views(void **state)
         for (int k = 0; k < QUALITIES; k++) judge(&g, v, &c, k, &truth, z);
     }
     close_ground(&g);
+    views_file_deinit(&views);
 }
 
 int main(int argc, char **argv)

@@ -4,7 +4,7 @@
 
 #include "base/vec.h"
 #include "planet/planet_fixture.h"
-#include "reference/compare.h"
+#include "reference/flicker.h"
 #include "reference/geographic.h"
 #include "reference/reference.h"
 
@@ -133,57 +133,30 @@ static void geometry(const temporal_scene *s, const perigee_camera *camera,
         if (kind[i] != COMPARE_GROUND) px[i] = NAN;
 }
 
-static double encoded(const float *plane, int i)
-{
-    return scene_encoded((double)plane[i]);
-}
-
-static double change_of(const float *a, const float *b, const float *ra, const float *rb, int i)
-{
-    double d = encoded(b, i) - encoded(a, i);
-    return fabs(ra ? d - (encoded(rb, i) - encoded(ra, i)) : d);
-}
-
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static void summarise(double *v, int count, double *rms, double *p999, double *worst)
-{
-    double sum = 0;
-    for (int i = 0; i < count; i++) sum += v[i] * v[i];
-    if (!count) return;
-    qsort(v, (size_t)count, sizeof *v, ascending);
-    *rms = sqrt(sum / count);
-    *p999 = v[(int)(0.999 * (count - 1))];
-    *worst = v[count - 1];
-}
-
 temporal_change temporal_compare(const temporal_scene *s, const perigee_camera *camera,
                                  const temporal_picture *a, const temporal_picture *b,
                                  const temporal_picture *ra, const temporal_picture *rb)
 {
     static float before[TEMPORAL_PIXELS], after[TEMPORAL_PIXELS];
-    static double moved[TEMPORAL_PIXELS], colour[TEMPORAL_PIXELS];
-    temporal_change c = {0};
+    flicker_moment first = {.r = a->r, .g = a->g, .b = a->b},
+                   then = {.r = b->r, .g = b->g, .b = b->b};
+    flicker_result f;
     geometry(s, camera, b, ra ? rb : a, after);
-    if (ra) geometry(s, camera, a, ra, before);
-    for (int i = 0; i < TEMPORAL_PIXELS; i++) {
-        double px = fabs((double)after[i] - (ra ? (double)before[i] : 0));
-        if (isnan(px)) {
-            c.silhouette += !isnan(a->z[i]) && !isnan(b->z[i]);
-            continue;
-        }
-        moved[c.compared] = px;
-        colour[c.compared++] =
-            fmax(change_of(a->r, b->r, ra ? ra->r : NULL, rb ? rb->r : NULL, i),
-                 fmax(change_of(a->g, b->g, ra ? ra->g : NULL, rb ? rb->g : NULL, i),
-                      change_of(a->b, b->b, ra ? ra->b : NULL, rb ? rb->b : NULL, i)));
+    then.geometric_px = after;
+    if (ra) {
+        geometry(s, camera, a, ra, before);
+        first.geometric_px = before;
+        first.true_r = ra->r, first.true_g = ra->g, first.true_b = ra->b;
+        then.true_r = rb->r, then.true_g = rb->g, then.true_b = rb->b;
     }
-    summarise(moved, c.compared, &c.rms_px, &c.p999_px, &c.worst_px);
-    summarise(colour, c.compared, &c.rms, &c.p999, &c.worst);
+    assert_int_equal(flicker_measure(&first, &then, TEMPORAL_WIDTH, TEMPORAL_HEIGHT, &f), OK);
+    temporal_change c = {.compared = (int)f.moved_px.count};
+    for (int i = 0; i < TEMPORAL_PIXELS; i++)
+        c.silhouette +=
+            !isnan(a->z[i]) && !isnan(b->z[i]) && (isnan(after[i]) || (ra && isnan(before[i])));
+    if (!c.compared) return c;
+    c.rms_px = f.moved_px.rms, c.p999_px = f.moved_px.rank_999, c.worst_px = f.moved_px.max;
+    c.rms = f.color.rms, c.p999 = f.color.rank_999, c.worst = f.color.max;
     return c;
 }
 

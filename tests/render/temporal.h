@@ -25,8 +25,7 @@ typedef struct temporal_picture {
     float r[TEMPORAL_PIXELS], g[TEMPORAL_PIXELS], b[TEMPORAL_PIXELS], z[TEMPORAL_PIXELS];
 } temporal_picture;
 
-// Geometry: the geometric error of reference/compare.h, pixels, away from silhouettes. Colour in
-// 1/255 of light encoded as for a screen, the largest of the three channels, the same pixels.
+// By reference/flicker.h: geometry in pixels, colour in 1/255 of encoded light, the same pixels.
 typedef struct temporal_change {
     double rms_px, p999_px, worst_px, rms, p999, worst;
     int compared, silhouette; // pixels that count; ground that does not

@@ -1,0 +1,68 @@
+#include "app/size_search.h"
+
+#include <math.h>
+
+#include "base/vec.h"
+
+#define STEP_MAX 1.4 // of the logarithm of size: a factor of four
+
+// Logarithms: of size, and of value over goal (turned so that it grows with the size).
+struct point {
+    double at, off;
+    bool known;
+};
+
+struct search {
+    const size_search_params *params;
+    struct point below, above; // nearest known sizes that are too small and too large
+    struct point best;
+};
+
+static double gap(struct point p)
+{
+    return p.known ? fabs(p.off) : INFINITY;
+}
+
+static void learn(struct search *s, struct point p)
+{
+    struct point *side = p.off < 0 ? &s->below : &s->above;
+    if (gap(p) < gap(s->best)) s->best = p;
+    if (!side->known || (p.off < 0 ? p.at > side->at : p.at < side->at)) *side = p;
+    // Not steady: what was known on the other side is worth nothing any more.
+    if (s->below.known && s->above.known && s->below.at >= s->above.at)
+        *(p.off < 0 ? &s->above : &s->below) = (struct point){0};
+}
+
+static double next(const struct search *s)
+{
+    const size_search_params *p = s->params;
+    double low = log(p->low), high = log(p->high);
+    if (s->below.known && s->above.known) {
+        double width = s->above.at - s->below.at;
+        double at = s->below.at - s->below.off * width / (s->above.off - s->below.off);
+        return clamp_double(at, s->below.at + 0.1 * width, s->above.at - 0.1 * width);
+    }
+    struct point from = s->below.known ? s->below : s->above;
+    double step = clamp_double(-from.off / fabs(p->exponent), -STEP_MAX, STEP_MAX);
+    return clamp_double(from.at + step, low, high);
+}
+
+status size_search(const size_search_params *params, size_search_result *out)
+{
+    struct search s = {.params = params};
+    double at = 0, last = NAN, sign = params->exponent < 0 ? -1 : 1;
+    *out = (size_search_result){.size = 1, .value = NAN};
+    while (out->tries < params->tries && !out->met && fabs(at - last) != 0) {
+        double value;
+        status failed = params->measure(params->user, exp(at), &value);
+        if (failed) return failed;
+        out->tries++;
+        last = at;
+        if (!(value > 0)) break;
+        learn(&s, (struct point){at, sign * log(value / params->goal), true});
+        if (s.best.at == at) *out = (size_search_result){exp(at), value, false, out->tries};
+        out->met = fabs(out->value - params->goal) <= params->tolerance * params->goal;
+        at = next(&s);
+    }
+    return OK;
+}
