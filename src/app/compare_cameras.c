@@ -67,8 +67,7 @@ static status view_camera(const struct compare_cameras *c, const named_view *vie
     status s = session_place(c->session, out);
     if (s) return s;
     if (!view->above_ground && out->alt_m > c->session->info.height_max_m) return OK;
-    status s =
-        (status)perigee_planet_height(c->session->planet, out->lat_deg, out->lon_deg, &ground);
+    s = (status)perigee_planet_height(c->session->planet, out->lat_deg, out->lon_deg, &ground);
     if (s) return s;
     if (view->above_ground) out->alt_m += ground;
     if (out->alt_m > ground) return OK;

@@ -25,6 +25,12 @@ struct trial {
     perigee_view_params params; // of the view made last
 };
 
+// A mode warns once a view, and a search makes many.
+static void set_log_level(const struct options *o, bool searching)
+{
+    log_set_level(o->verbose ? LOG_DEBUG : searching ? LOG_ERROR : o->quiet ? LOG_WARN : LOG_INFO);
+}
+
 static status set_size(struct trial *t, double size)
 {
     t->params = t->stage->options.view_params;
@@ -66,7 +72,11 @@ status compare_equal_goal(struct compare_side *side, const struct compare_side *
                           struct compare_stage *stage, const perigee_camera *camera, double *goal)
 {
     struct trial t = {.side = side, .judge = judge, .stage = stage, .camera = camera};
-    return measure(&t, 1, goal);
+    set_log_level(&stage->options, true);
+    status s = measure(&t, 1, goal);
+    set_log_level(&stage->options, false);
+    if (!s && stage->options.equal == EQUAL_ERROR) *goal = fmax(*goal, COMPARE_EQUAL_LEAST_PX);
+    return s;
 }
 
 // Options of the mesh, as far as resizing set them.
@@ -105,7 +115,9 @@ status compare_equal_choose(struct compare_side *side, const struct compare_side
                                  .measure = measure,
                                  .user = &t};
     size_search_result found;
+    set_log_level(&stage->options, true);
     status s = size_search(&params, &found);
+    set_log_level(&stage->options, false);
     if (!s) s = set_size(&t, found.size);
     if (s) return s;
     *out = (compare_size){.size = found.size, .met = found.met};

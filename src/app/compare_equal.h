@@ -14,8 +14,10 @@ typedef struct compare_size {
     char options[160]; // of the program, that make this mesh; "" when none are needed
 } compare_size;
 
-// Triangles drawn, or the 99.9 % error without silhouettes, of a mode of size 1. The judge's
-// picture of the camera is there already.
+// Triangles drawn, or the 99.9 % error without silhouettes, of a mode of size 1; of an error at
+// least COMPARE_EQUAL_LEAST_PX, for beyond that the search would be for triangles nobody sees. The
+// judge's picture of the camera is there already.
+#define COMPARE_EQUAL_LEAST_PX 0.05
 status compare_equal_goal(struct compare_side *side, const struct compare_side *judge,
                           struct compare_stage *stage, const perigee_camera *camera, double *goal);
 

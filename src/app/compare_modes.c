@@ -170,12 +170,6 @@ static void keep_colors(const struct contest *c, const struct compare_side *side
     memcpy(m->planes + 2 * pixels, side->picture.b, bytes);
 }
 
-static status render_judge(struct contest *c, const perigee_camera *camera)
-{
-    struct compare_side *judge = judge_of(c);
-    return compare_side_render(judge, &c->stage, camera);
-}
-
 // One mode at one moment, whose errors and colours are kept there; the bytes uploaded on the way.
 static status judge_mode(struct contest *c, int k, const perigee_camera *camera, struct moment *m,
                          compare_result *result, uint64_t *bytes)
@@ -248,7 +242,7 @@ static status judge_step(struct contest *c, int i)
     compare_place next;
     status s = place_of(c, i, c->head.step_s, &next);
     keep_colors(c, judge_of(c), &c->before[judge]);
-    if (!s) s = render_judge(c, &next.camera);
+    if (!s) s = compare_side_render(judge_of(c), &c->stage, &next.camera);
     if (!s) keep_colors(c, judge_of(c), &c->after[judge]);
     for (int k = 0; k < c->modes && !s; k++) {
         compare_mode_row *row = &c->rows[i * c->modes + k];
@@ -271,11 +265,9 @@ static status choose_sizes(struct contest *c, const perigee_camera *camera)
     c->goal = c->options->equal_value;
     if (isnan(c->goal))
         s = compare_equal_goal(&c->sides[0], judge_of(c), &c->stage, camera, &c->goal);
-    if (!s && !(c->goal > 0)) log_warn("--equal: the first mode has no error there to be equal to");
-    for (int k = 0; k < c->modes && !s; k++) {
+    for (int k = 0; k < c->modes && !s; k++)
         s = compare_equal_choose(&c->sides[k], judge_of(c), &c->stage, camera, c->goal,
                                  &c->sizes[k]);
-    }
     return s;
 }
 
@@ -285,8 +277,18 @@ static status choose_for_flight(struct contest *c)
     compare_place middle;
     if (c->head.equal == EQUAL_NOTHING || !c->head.flight) return OK;
     status s = place_of(c, c->cameras.count / 2, 0, &middle);
-    if (!s) s = render_judge(c, &middle.camera);
+    if (!s) s = compare_side_render(judge_of(c), &c->stage, &middle.camera);
     return s ? s : choose_sizes(c, &middle.camera);
+}
+
+// A file's views are judged from nothing each, so that no row depends on those before it.
+static status begin_anew(struct contest *c)
+{
+    status s = OK;
+    for (int i = 0; i <= c->modes && !s; i++)
+        if (c->sides[i].view)
+            s = compare_side_view(&c->sides[i], &c->stage, &c->stage.options.view_params);
+    return s;
 }
 
 static status compare_camera(struct contest *c, int i)
@@ -298,7 +300,8 @@ static status compare_camera(struct contest *c, int i)
     c->stage.done = (double)i / c->cameras.count;
     c->stage.share = 0.5 / c->cameras.count;
     status s = place_of(c, i, 0, &place);
-    if (!s) s = render_judge(c, &place.camera);
+    if (!s && i > 0 && !c->head.flight) s = begin_anew(c);
+    if (!s) s = compare_side_render(judge_of(c), &c->stage, &place.camera);
     if (!s && c->head.equal != EQUAL_NOTHING && !c->head.flight) s = choose_sizes(c, &place.camera);
     c->stage.done = (i + 0.5) / c->cameras.count;
     c->stage.share = 0;

@@ -59,16 +59,23 @@ static const struct command_help texts[COMMAND_COUNT] = {
          "  perigee export alps.planet -o alps\n"
          "  perigee view http://localhost:8080/alps/planet.json\n"},
     [COMMAND_COMPARE] =
-        {"perigee compare [PLANET] [--a SIDE] [--b SIDE] [OPTIONS]",
+        {"perigee compare [PLANET] [--a SIDE] [--b SIDE] [OPTIONS]\n"
+         "       perigee compare [PLANET] --modes all|A,B,... [--views FILE] [OPTIONS]",
          "Measure one way to render against another, pixel by pixel. The table goes to standard "
          "output. Where\n"
          "both show ground the geometric error is how far A's point lies from B's tangent plane, "
          "along the normal\n"
-         "projected to the screen; at silhouettes it is how far the edges lie apart, in pixels.",
+         "projected to the screen; at silhouettes it is how far the edges lie apart, in pixels. "
+         "--modes puts\n"
+         "several modes side by side, with what they cost; --equal gives all as many triangles, or "
+         "one error.",
          "  perigee compare --lat 45.45 --lon 10.72 --above-ground 300 --pitch -5 --picture c.png\n"
          "  perigee compare moon.planet --camera 26,3.6,50000,0,-30 --size 640x480 -o errors\n"
          "  perigee compare --a a.exr --b b.exr --json c.json\n"
-         "  perigee compare --path everest.json --frames 24 --csv c.csv --picture worst.png\n"},
+         "  perigee compare --path everest.json --frames 24 --csv c.csv --picture worst.png\n"
+         "  perigee compare --modes all --views accuracy.json --size 320x240 --csv modes.csv\n"
+         "  perigee compare --modes spherical,grid --equal error=0.5 --camera "
+         "45.6,10.7,4000,0,-8\n"},
     [COMMAND_INFO] = {"perigee info [PLANET] [OPTIONS]", "Say what a planet file holds.",
                       "  perigee info earth.planet\n"
                       "  perigee info --json earth.planet\n"},

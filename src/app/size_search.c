@@ -4,7 +4,8 @@
 
 #include "base/vec.h"
 
-#define STEP_MAX 1.4 // of the logarithm of size: a factor of four
+#define STEP_MAX 1.4  // of the logarithm of size: a factor of four
+#define NARROW   0.02 // likewise: two per cent
 
 // Logarithms: of size, and of value over goal (turned so that it grows with the size).
 struct point {
@@ -33,6 +34,12 @@ static void learn(struct search *s, struct point p)
         *(p.off < 0 ? &s->above : &s->below) = (struct point){0};
 }
 
+// Nothing lies between the two known sizes but a step of the measure.
+static bool is_narrow(const struct search *s)
+{
+    return s->below.known && s->above.known && s->above.at - s->below.at < NARROW;
+}
+
 static double next(const struct search *s)
 {
     const size_search_params *p = s->params;
@@ -52,7 +59,7 @@ status size_search(const size_search_params *params, size_search_result *out)
     struct search s = {.params = params};
     double at = 0, last = NAN, sign = params->exponent < 0 ? -1 : 1;
     *out = (size_search_result){.size = 1, .value = NAN};
-    while (out->tries < params->tries && !out->met && fabs(at - last) != 0) {
+    while (out->tries < params->tries && !out->met && fabs(at - last) != 0 && !is_narrow(&s)) {
         double value;
         status failed = params->measure(params->user, exp(at), &value);
         if (failed) return failed;

@@ -428,13 +428,17 @@ static void identify(const struct geometry *geometry, uint32_t number, int *leve
     *sector = cell_sector(cell);
 }
 
+// Steps and rings with many divisors, or none could be left out; the spacing makes the size between
+// them. The default itself is not among them.
 static void resize(perigee_view_params *p, double size, uint64_t triangles)
 {
     (void)triangles;
     perigee_view_params usual = {0};
     params_complete(&usual);
-    p->azimuth_steps = 64 * (int)clamp_double(round(usual.azimuth_steps * size / 64), 1, 64);
-    p->rings_per_level = 2 * (int)clamp_double(round(usual.rings_per_level * size / 2), 1, 256);
+    int steps = 64;
+    while (steps < usual.azimuth_steps * size && steps < 2048) steps *= 2;
+    p->azimuth_steps = size == 1 ? usual.azimuth_steps : steps;
+    p->rings_per_level = size == 1 ? usual.rings_per_level : steps * 3 / 32;
     p->ring_spacing_px = usual.ring_spacing_px / size;
     p->texels = params_texels_for(size);
 }

@@ -1,10 +1,9 @@
 // perigee compare: a picture against itself and against the mode that made it has no error, tables
 // agree with one another, flights have a row a frame, Ctrl-C keeps the rows that are made, and each
 // fault is exit status 1 and one line.
-#include "check.h"
+#include "app/compare_run.h"
 
 #include <cjson/cJSON.h>
-#include <ftw.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <sys/wait.h>
@@ -13,122 +12,21 @@
 #include "app/image_exr.h"
 #include "app/image_png.h"
 
-enum { TEXT_SIZE = 1 << 16 };
-
-static char out[TEXT_SIZE], err[TEXT_SIZE];
-static char folder[] = "compare-XXXXXX";
 static bool gpu; // an OpenGL 4.5 is here
-
-static void read_text(const char *path, char *text)
-{
-    FILE *f = fopen(path, "rb");
-    size_t n = f ? fread(text, 1, TEXT_SIZE - 1, f) : 0;
-    text[n] = '\0';
-    if (f) fclose(f);
-}
-
-static void write_text(const char *path, const char *text)
-{
-    FILE *f = fopen(path, "w");
-    assert_non_null(f);
-    fputs(text, f);
-    assert_int_equal(fclose(f), 0);
-}
-
-static int run(const char *line)
-{
-    char command[4096];
-    snprintf(command, sizeof command, "\"%s\" %s >out.txt 2>err.txt", PERIGEE_PROGRAM, line);
-    int state = system(command);
-    read_text("out.txt", out);
-    read_text("err.txt", err);
-    return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
-}
-
-static int count_lines(const char *text)
-{
-    int count = 0;
-    for (; *text; text++) count += *text == '\n';
-    return count;
-}
-
-static void expect_good(const char *line)
-{
-    int state = run(line);
-    if (state != 0) fail_msg("'%s': status %d: %s", line, state, err);
-}
-
-static void expect_fault(const char *line, const char *words)
-{
-    int state = run(line);
-    if (state != 1 || count_lines(err) != 1 || !strstr(err, words) || out[0])
-        fail_msg("'%s': status %d, '%s' wanted: %s%s", line, state, words, err, out);
-}
-
-// The number in a column of a row (0: the first below the titles) of a CSV file; NaN when empty.
-static double csv_number(const char *path, int row, const char *title)
-{
-    static char text[TEXT_SIZE];
-    read_text(path, text);
-    int column = -1, fields = 0;
-    char *line = text, *save = NULL;
-    for (char *field = line; field; fields++) {
-        char *end = strpbrk(field, ",\n");
-        assert_non_null(end);
-        if (strncmp(field, title, (size_t)(end - field)) == 0 && !title[end - field])
-            column = fields;
-        field = *end == ',' ? end + 1 : NULL;
-    }
-    if (column < 0) fail_msg("%s: no column %s", path, title);
-    line = strtok_r(text, "\n", &save);
-    for (int i = 0; i <= row; i++) line = strtok_r(NULL, "\n", &save);
-    assert_non_null(line);
-    for (int i = 0; i < column; i++) line = strchr(line, ',') + 1;
-    return *line == ',' || !*line ? (double)NAN : atof(line);
-}
 
 #define VIEW  "hills.planet -q --size 96x72 --camera 20,10,9000,30,-12,0,60"
 #define SPACE "hills.planet -q --size 96x72 --camera 20,10,2e7,0,-90,0,50"
 
 static int set_up(void **state)
 {
-    (void)state;
-    if (!mkdtemp(folder) || chdir(folder) != 0) return -1;
-    FILE *f = fopen("globe.asc", "w");
-    assert_non_null(f);
-    fputs("ncols 72\nnrows 36\nxllcorner -180\nyllcorner -90\ncellsize 5\n", f);
-    for (int row = 0; row < 36; row++)
-        for (int col = 0; col < 72; col++)
-            fprintf(f, "%.1f ", 1000 * (1 + sin(row * M_PI / 18) * sin(col * M_PI / 12)));
-    assert_int_equal(fclose(f), 0);
-    write_text("globe.prj",
-               "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],"
-               "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]");
-    write_text(
-        "path.json",
-        "{\"keys\":[{\"time\":0,\"lat\":0,\"lon\":0,\"alt\":5e6,\"heading\":0,\"pitch\":-90},"
-        "{\"time\":2,\"lat\":10,\"lon\":0,\"alt\":2e6,\"heading\":0,\"pitch\":-80}]}");
+    if (run_begin(state)) return -1;
     write_text("text.exr", "no picture\n");
-    expect_good("import --quiet --height globe.asc --name Hills --attribution Nobody "
-                "-o hills.planet");
     gpu = run("render " VIEW " -o clipmap.exr") == 0;
     expect_good("render " VIEW " --mode reference -o truth.exr");
     expect_good("render " SPACE " --mode reference -o space.exr");
     expect_good("render hills.planet -q --size 64x48 --camera 20,10,9000,30,-12,0,60 "
                 "--mode reference -o small.exr");
     return 0;
-}
-
-static int remove_one(const char *path, const struct stat *info, int kind, struct FTW *at)
-{
-    (void)info, (void)kind, (void)at;
-    return remove(path);
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    return chdir("..") != 0 || nftw(folder, remove_one, 16, FTW_DEPTH | FTW_PHYS) != 0;
 }
 
 // A file and the mode that made it, and two modes of one kind: nothing differs.
@@ -371,5 +269,5 @@ int main(void)
         cmocka_unit_test(test_flight),        cmocka_unit_test(test_faults),
         cmocka_unit_test(test_interrupt),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, set_up, run_end);
 }

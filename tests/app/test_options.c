@@ -74,6 +74,8 @@ static const char *const accepted[] = {
     "compare --a a.exr --b b.exr",
     "compare --path f --frames 3 --start 1 --end 2 --transform exact --rings 20 --size 10x10",
     "compare --camera 1,2,3 --fov 5 --no-synthesis --time noon",
+    "compare --modes all --views v --equal error=0.5 --repeats 0 --b grid",
+    "compare --modes grid,planar --path f --fps 60 --frames 3 --equal triangles",
     "info",
     "info p --json",
     "render --help",
