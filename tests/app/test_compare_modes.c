@@ -127,6 +127,12 @@ static void test_tables_agree(void **state)
                            cJSON_GetObjectItem(cJSON_GetObjectItem(object, "geometric_px"), "rms")),
                        csv_number("all.csv", row, "geometric_px_rms"), 1e-9);
         }
+    snprintf(line, sizeof line, "compare " HILLS "--modes all --camera %s --csv alone.csv",
+             views[1].camera);
+    expect_good(line);
+    for (int k = 0; k < MODES; k++) // nothing was loaded before
+        check_near(csv_number("all.csv", row_of(1, k), "bytes_filled"),
+                   csv_number("alone.csv", k, "bytes_filled"), 0);
     check_near(csv_number("all.csv", 0, "gpu_time"), 1, 0);
     assert_string_equal(csv_text("all.csv", MODES, "view"), "a \"globe\", far");
     cJSON_Delete(root);
@@ -211,15 +217,24 @@ static void test_equal_to_first(void **state)
     assert_non_null(strstr(out, "2 of 2"));
 }
 
-// What cannot be reached is said.
+// What cannot be reached is said; the row is of the nearest there is, not of the last one tried.
 static void test_out_of_reach(void **state)
 {
     (void)state;
-    expect_good("compare " HILLS "--modes grid --camera 20,10,9000,30,-12,0,60 "
-                "--repeats 0 --equal triangles=100 --csv far.csv");
+    expect_good("compare " HILLS "--modes grid --camera 20,10,9000,30,-12,0,60 --repeats 0 "
+                "--equal triangles=100 --csv far.csv");
     check_near(csv_number("far.csv", 0, "reached"), 0, 0);
     assert_non_null(strstr(out, "* not reached"));
     assert_non_null(strstr(out, "0.0312*"));
+    // Between two steps of the rings that are a factor of three apart the default is nearest.
+    expect_good("compare " HILLS "--modes spherical --camera 20,10,9000,30,-12,0,60 --repeats 0 "
+                "--equal triangles=3000 --csv far.csv");
+    check_near(csv_number("far.csv", 0, "reached"), 0, 0);
+    expect_good("compare " HILLS "--modes spherical --camera 20,10,9000,30,-12,0,60 --repeats 0 "
+                "--csv again.csv");
+    check_near(csv_number("far.csv", 0, "size"), 1, 0);
+    check_same("far.csv", 0, "again.csv", "triangles_drawn");
+    check_same("far.csv", 0, "again.csv", "geometric_px_rms");
 }
 
 // A camera that stands still does not flicker; one that moves does, by less than its own errors at
