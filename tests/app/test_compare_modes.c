@@ -18,6 +18,7 @@
 #define HILLS "hills.planet " SIZE
 #define ROUGH "rough.planet -q --size 120x90 --zoom stored --no-synthesis "
 
+#define THREE "--modes spherical,planar,grid "
 static const char *const modes[] = {"spherical", "planar", "grid"};
 enum { MODES = sizeof modes / sizeof *modes };
 
@@ -94,7 +95,7 @@ static void test_tables_agree(void **state)
         "extra",        "edges_a",  "geometric_px_rms", "geometric_px_max", "geometric_px_p999",
         "limb_px_mean", "zoom_low", "psnr_db"};
     static char json[1 << 18], line[512];
-    expect_good("compare " HILLS "--modes all --views views.json --repeats 1 "
+    expect_good("compare " HILLS THREE "--views views.json --repeats 1 "
                 "--csv all.csv --json all.json");
     assert_non_null(strstr(out, "2 views; medians"));
     FILE *f = fopen("all.json", "r");
@@ -127,7 +128,7 @@ static void test_tables_agree(void **state)
                            cJSON_GetObjectItem(cJSON_GetObjectItem(object, "geometric_px"), "rms")),
                        csv_number("all.csv", row, "geometric_px_rms"), 1e-9);
         }
-    snprintf(line, sizeof line, "compare " HILLS "--modes all --camera %s --csv alone.csv",
+    snprintf(line, sizeof line, "compare " HILLS THREE "--camera %s --csv alone.csv",
              views[1].camera);
     expect_good(line);
     for (int k = 0; k < MODES; k++) // nothing was loaded before
@@ -162,7 +163,7 @@ static void test_all(void **state)
 static void test_judge(void **state)
 {
     (void)state;
-    expect_good("compare hills.planet -q --size 96x72 --camera 20,10,9000,30,-12,0,60 --modes all "
+    expect_good("compare hills.planet -q --size 96x72 --camera 20,10,9000,30,-12,0,60 " THREE
                 "--b planar --repeats 0 --csv j.csv");
     check_near(csv_number("j.csv", 1, "geometric_all_px_max"), 0, 0);
     check_near(csv_number("j.csv", 1, "mse"), 0, 0);
@@ -175,7 +176,7 @@ static void check_equal(const char *planet, const char *camera, const char *what
 {
     static char line[1024];
     snprintf(line, sizeof line,
-             "compare %s --camera %s --modes all --repeats 0 --equal %s --csv equal.csv", planet,
+             "compare %s --camera %s " THREE "--repeats 0 --equal %s --csv equal.csv", planet,
              camera, what);
     expect_good(line);
     for (int k = 0; k < MODES; k++) {
@@ -205,8 +206,8 @@ static void test_equal(void **state)
 static void test_equal_to_first(void **state)
 {
     (void)state;
-    expect_good("compare " HILLS "--modes all --views views.json --repeats 0 --csv all.csv");
-    expect_good("compare " HILLS "--modes all --views views.json --repeats 0 --equal triangles "
+    expect_good("compare " HILLS THREE "--views views.json --repeats 0 --csv all.csv");
+    expect_good("compare " HILLS THREE "--views views.json --repeats 0 --equal triangles "
                 "--csv equal.csv");
     for (int row = 0; row < 2 * MODES; row++) {
         double goal = csv_number("equal.csv", row, "goal");
@@ -242,14 +243,14 @@ static void test_out_of_reach(void **state)
 static void test_flicker(void **state)
 {
     (void)state;
-    expect_good("compare " HILLS "--modes all --path still.json --frames 2 --repeats 0 "
+    expect_good("compare " HILLS THREE "--path still.json --frames 2 --repeats 0 "
                 "--csv still.csv");
     for (int row = 0; row < 2 * MODES; row++) {
         check_near(csv_number("still.csv", row, "flicker_px_max"), 0, 0);
         check_near(csv_number("still.csv", row, "flicker_color_max"), 0, 0);
         check_near(csv_number("still.csv", row, "bytes_step"), 0, 0);
     }
-    expect_good("compare " HILLS "--modes all --path path.json --frames 3 --fps 5 "
+    expect_good("compare " HILLS THREE "--path path.json --frames 3 --fps 5 "
                 "--repeats 0 --csv f.csv");
     assert_non_null(strstr(out, "flicker: change in 0.2 s of flight"));
     for (int row = 0; row < 3 * MODES; row++) {
@@ -308,9 +309,9 @@ static void test_interrupt(void **state)
     pid_t child = fork();
     if (child == 0) {
         if (!freopen("out.txt", "w", stdout) || !freopen("err.txt", "w", stderr)) _exit(126);
-        execl(PERIGEE_PROGRAM, PERIGEE_PROGRAM, "compare", "-q", "hills.planet", "--modes", "all",
-              "--path", "path.json", "--frames", "5000", "--size", "32x24", "--repeats", "0",
-              "--csv", "long.csv", (char *)NULL);
+        execl(PERIGEE_PROGRAM, PERIGEE_PROGRAM, "compare", "-q", "hills.planet", "--modes",
+              "spherical,planar,grid", "--path", "path.json", "--frames", "5000", "--size", "32x24",
+              "--repeats", "0", "--csv", "long.csv", (char *)NULL);
         _exit(127);
     }
     for (int i = 0; i < 1200; i++, usleep(50000)) {
