@@ -73,7 +73,7 @@ static void measure_pixel(struct trial *t, size_t at, int x, int y)
     stat_add(&t->sums[RELATIVE], (za - zb) / zb, x, y);
 }
 
-static double encoded(double light)
+double compare_encoded(double light)
 {
     light = clamp_double(light, 0, 1);
     return light <= 0.0031308 ? 12.92 * light : 1.055 * pow(light, 1 / 2.4) - 0.055;
@@ -90,7 +90,7 @@ static void measure_color(struct trial *t, size_t at)
     if (!has_color(a) || !has_color(b)) return;
     double of_a[3] = {a->r[at], a->g[at], a->b[at]}, of_b[3] = {b->r[at], b->g[at], b->b[at]};
     for (int i = 0; i < 3; i++) {
-        double difference = encoded(of_a[i]) - encoded(of_b[i]);
+        double difference = compare_encoded(of_a[i]) - compare_encoded(of_b[i]);
         t->squares += difference * difference;
     }
     t->result->colors++;

@@ -84,6 +84,9 @@ typedef struct compare_maps {
 status compare_pictures(const compare_params *params, const compare_maps *maps,
                         compare_result *out);
 
+// Linear light, clamped to [0, 1], as sRGB encodes it, in [0, 1] (IEC 61966-2-1).
+double compare_encoded(double light);
+
 // A short English word for the kind.
 const char *compare_kind_name(enum compare_kind kind);
 

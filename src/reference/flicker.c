@@ -2,7 +2,6 @@
 
 #include <math.h>
 
-#include "base/vec.h"
 #include "reference/compare_stat.h"
 
 static bool is_plain(const flicker_moment *m, size_t at)
@@ -17,7 +16,7 @@ static double error_at(const flicker_moment *m, size_t at)
 
 static double encoded(const float *plane, size_t at)
 {
-    return plane ? 255 * pow(clamp_double((double)plane[at], 0, 1), 1 / 2.2) : 0;
+    return plane ? 255 * compare_encoded((double)plane[at]) : 0;
 }
 
 static double color_change(const flicker_moment *before, const flicker_moment *after, size_t at)

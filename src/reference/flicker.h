@@ -3,8 +3,7 @@
 // is. Of pictures A at two moments and the truth B of each,
 //
 //     moved  = |e2 - e1|                    e: geometric error of A against B (compare.h), px
-//     colour = max over R, G, B of |(A2 - B2) - (A1 - B1)|  of light encoded by the power 1 / 2.2,
-//              in 1/255
+//     colour = max over R, G, B of |(A2 - B2) - (A1 - B1)|  of sRGB-encoded light, in 1/255
 //
 // at pixels that are plain ground, without silhouettes, at both moments. Without a truth B is
 // nothing: A's own change.

@@ -12,10 +12,10 @@ static void fill(float *plane, double value)
     for (int i = 0; i < PIXELS; i++) plane[i] = (float)value;
 }
 
-// Linear light of a code in 0..255 by the power 2.2.
+// Linear light of an sRGB code in 0..255, of those used here above its straight piece.
 static double light(double code)
 {
-    return pow(code / 255, 2.2);
+    return pow((code / 255 + 0.055) / 1.055, 2.4);
 }
 
 static float error[2][PIXELS], seen[2][3][PIXELS], truth[2][3][PIXELS];
