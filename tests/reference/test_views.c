@@ -67,8 +67,8 @@ static void close_ground(struct ground *g)
     perigee_planet_close(&g->planet);
 }
 
-static void judge(const struct ground *g, const named_view *v, const perigee_camera *c,
-                  int quality, const reference_params *truth, const float *truth_z)
+static void judge(const struct ground *g, const named_view *v, const perigee_camera *c, int quality,
+                  const reference_params *truth, const float *truth_z)
 {
     static float z[FULL_PIXELS];
     double scale = (double)ERROR_HEIGHT / g->height;
