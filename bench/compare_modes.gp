@@ -29,7 +29,7 @@ if (exists("views")) {
     unset key
     do for [f = 1:words(flights)] {
         set title system("basename ".word(flights, f)." .csv") noenhanced
-        if (f == 1) { set key inside top right } else { unset key }
+        if (f == words(flights)) { set key inside bottom right } else { unset key }
         plot for [m = 1:3] rows(word(flights, f), word(modes, m)) using "frame":"flicker_px_rms" \
             with linespoints pt 7 ps 0.6 lc rgb word(colors, m) title word(titles, m)
     }
