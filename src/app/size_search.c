@@ -26,12 +26,9 @@ static double gap(struct point p)
 
 static void learn(struct search *s, struct point p)
 {
-    struct point *side = p.off < 0 ? &s->below : &s->above;
+    // A size to try lies between the two, or beyond the one that is known: it is always nearer.
+    *(p.off < 0 ? &s->below : &s->above) = p;
     if (gap(p) < gap(s->best)) s->best = p;
-    if (!side->known || (p.off < 0 ? p.at > side->at : p.at < side->at)) *side = p;
-    // Not steady: what was known on the other side is worth nothing any more.
-    if (s->below.known && s->above.known && s->below.at >= s->above.at)
-        *(p.off < 0 ? &s->above : &s->below) = (struct point){0};
 }
 
 // Nothing lies between the two known sizes but a step of the measure.

@@ -1,5 +1,5 @@
-// The search for a size against measures known in closed form. Fails when broken: the bracket not
-// kept when the measure is not steady, the sign of the exponent not heeded, limits left.
+// The search for a size against measures known in closed form. Fails when broken: the sign of
+// the exponent not heeded, limits left.
 #include "check.h"
 
 #include "app/size_search.h"
