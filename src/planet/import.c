@@ -17,6 +17,7 @@
 #include "planet/codec_predict.h"
 #include "planet/import_base.h"
 #include "planet/import_blend.h"
+#include "planet/import_border.h"
 #include "planet/import_crew.h"
 #include "planet/import_inputs.h"
 #include "planet/import_sources.h"
@@ -322,9 +323,21 @@ static status move_into_place(const char *from, const char *to)
 static status join(struct import *im, const char *joining)
 {
     struct planet_meta meta;
+    struct layer heights;
     fill_meta(im, &meta);
-    status s = import_store_join(im->store, joining, &meta, im->params->threads, report_join, im,
-                                 &im->tiles);
+    layer_init(im, LAYER_HEIGHT, &heights);
+    struct workshop *workshop = heights.count ? make_workshop(im, &heights, 1, NULL) : NULL;
+    import_join j = {.path = joining,
+                     .meta = &meta,
+                     .border = workshop ? border_create(workshop) : NULL,
+                     .threads = im->params->threads,
+                     .progress = report_join,
+                     .user = im};
+    status s = import_store_join(im->store, &j);
+    im->tiles = j.tiles;
+    border_destroy(&j.border);
+    workshop_destroy(&workshop);
+    layer_deinit(&heights);
     if (!s) s = move_into_place(joining, im->params->output);
     if (s) unlink(joining);
     return s;

@@ -258,7 +258,7 @@ static status find_seam(struct workshop *w, struct bench *b, int at, tile_id id)
     const struct mosaic *m = &w->mosaics[at];
     for (int i = 0; i < SAMPLES; i++) b->weights[i] = 1;
     status s = w->blend ? find_weights(w, b, at, m->zoom, id) : OK;
-    return !s && m->outline ? outline_lower(m->outline, id, b->weights) : s;
+    return !s && m->outline ? outline_lower(m->outline, id, 0, b->weights) : s;
 }
 
 static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id)
@@ -303,13 +303,19 @@ static status compose_alone(struct workshop *w, struct bench *b, const struct mo
 
 // The planet that is added to lies below all: its own tile, and as what it shows where a seam's
 // blend needs it, or pixels would be black.
+static status read_base(struct workshop *w, struct bench *b, tile_id id)
+{
+    struct import_base *base = w->params.base;
+    double quantum = w->params.quantum;
+    int exponent = quantum == 0 ? 0 : quantum_exponent(quantum, id.zoom, w->params.ellipsoid.a);
+    return import_base_read_alone(base, id, quantum == 0 ? 0 : ldexp(1, exponent), b->source);
+}
+
 static status lay_base(struct workshop *w, struct bench *b, tile_id id)
 {
     struct import_base *base = w->params.base;
     if (!base || !stack_shows(&b->all, false)) return OK;
-    double quantum = w->params.quantum;
-    int exponent = quantum == 0 ? 0 : quantum_exponent(quantum, id.zoom, w->params.ellipsoid.a);
-    status s = import_base_read_alone(base, id, quantum == 0 ? 0 : ldexp(1, exponent), b->source);
+    status s = read_base(w, b, id);
     if (!s) stack_lay(&b->all, w->channels, b->source, NULL, true);
     if (s && s != ERR_NOT_FOUND) return s;
     if (!stack_shows(&b->all, id.layer == LAYER_HEIGHT)) return OK;
@@ -344,4 +350,127 @@ status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *an
         else if (id.layer == LAYER_HEIGHT) b->tile[i] = NAN;
     }
     return OK;
+}
+
+// Borders
+
+// Of what is finer than the tile nothing is told within so many of its samples of the border: as
+// far as the zooms below it are made of a sample.
+#define REACH_SAMPLES 2
+
+static double margin_of(const struct workshop *w, const struct mosaic *m, tile_id id)
+{
+    double sample = grid_step_lat(id.zoom) * w->params.ellipsoid.a;
+    return m->zoom > id.zoom ? REACH_SAMPLES * sample : 0;
+}
+
+bool compose_has_border(const struct workshop *w, tile_id id)
+{
+    for (int at = 0; at < w->mosaic_count; at++) {
+        const struct mosaic *m = &w->mosaics[at];
+        if (m->zoom >= id.zoom && m->outline && touches(w, m, id) &&
+            outline_meets(m->outline, id, margin_of(w, m, id)))
+            return true;
+    }
+    return false;
+}
+
+static bool mosaic_holds(const struct workshop *w, const struct mosaic *m, double lat, double lon)
+{
+    for (int i = 0; i < m->count; i++)
+        if (outline_holds(&w->params.grids[w->order[m->first + i]], lat, lon)) return true;
+    return false;
+}
+
+// Height 0 inside a mosaic's outline, else NaN. A row of samples crosses it where its weight is
+// less than 1, so that only there the outline need be asked.
+static void fill_outline(const struct workshop *w, const struct mosaic *m, tile_id id,
+                         const float *weights, float *plane)
+{
+    double west, south, east, north, step = grid_step_lon(id.zoom, id.row);
+    grid_bounds(id, &west, &south, &east, &north);
+    for (int i = 0; i < SAMPLES; i++) {
+        bool first = i % TILE_SIZE == 0 || weights[i] < 1 || weights[i - 1] < 1;
+        double lat = grid_lat(id.zoom, (int64_t)id.row * TILE_SIZE + i / TILE_SIZE);
+        double lon = west + (i % TILE_SIZE + 0.5) * step;
+        if (first) plane[i] = mosaic_holds(w, m, lat, lon) ? 0 : NAN;
+        else plane[i] = plane[i - 1];
+    }
+}
+
+static status lay_outline(struct workshop *w, struct bench *b, const struct mosaic *m, tile_id id,
+                          double margin)
+{
+    for (int i = 0; i < SAMPLES; i++) b->weights[i] = 1;
+    status s = m->outline ? outline_lower(m->outline, id, margin, b->weights) : OK;
+    if (s) return s;
+    fill_outline(w, m, id, b->weights, b->source);
+    clip(w, id, b->source);
+    stack_lay(&b->all, 1, b->source, b->weights, true);
+    return OK;
+}
+
+// What the planet that is added to has of the tile itself.
+static status lay_base_own(struct workshop *w, struct bench *b, tile_id id)
+{
+    if (!w->params.base || !stack_shows(&b->all, false)) return OK;
+    status s = read_base(w, b, id);
+    for (int i = 0; !s && i < SAMPLES; i++) b->source[i] = isnan(b->source[i]) ? NAN : 0;
+    if (!s) stack_lay(&b->all, 1, b->source, NULL, true);
+    return s == ERR_NOT_FOUND ? OK : s;
+}
+
+// The shares that what is not coarser than the tile has within the margin.
+static status find_kept(struct workshop *w, struct bench *b, tile_id id, float *kept)
+{
+    status s = OK;
+    stack_clear(&b->all);
+    for (int at = w->mosaic_count - 1; at >= 0 && !s; at--) {
+        const struct mosaic *m = &w->mosaics[at];
+        if (m->zoom >= id.zoom && touches(w, m, id))
+            s = lay_outline(w, b, m, id, margin_of(w, m, id));
+    }
+    if (!s) s = lay_base_own(w, b, id);
+    for (int i = 0; i < SAMPLES; i++)
+        kept[i] = b->all.own[i] > 1.01f * BLEND_LEAST_WEIGHT ? b->all.own[i] : 0;
+    return s;
+}
+
+static status lay_base_below(struct workshop *w, struct bench *b, tile_id id)
+{
+    status s = lay_base_own(w, b, id);
+    if (s || !w->params.base || !stack_shows(&b->all, true)) return s;
+    s = import_base_show(w->params.base, id, b->source);
+    if (!s) stack_lay(&b->all, 1, b->source, NULL, false);
+    return s;
+}
+
+// The finest zoom before the tile's own that a source or the planet that is added to has there; -1:
+// none.
+static int zoom_below(const struct workshop *w, tile_id id)
+{
+    int zoom = -1;
+    for (int at = 0; at < w->mosaic_count; at++) {
+        const struct mosaic *m = &w->mosaics[at];
+        if (m->zoom < id.zoom && m->zoom > zoom && touches(w, m, id)) zoom = m->zoom;
+    }
+    while (w->params.base && id.zoom > zoom + 1) {
+        id = tile_parent(id);
+        if (import_base_has(w->params.base, id)) return id.zoom;
+    }
+    return zoom;
+}
+
+status compose_below(struct workshop *w, struct bench *b, tile_id id, float *kept, int *zoom)
+{
+    *zoom = zoom_below(w, id);
+    status s = *zoom < 0 ? OK : find_kept(w, b, id, kept);
+    stack_clear(&b->all);
+    for (int at = w->mosaic_count - 1; at >= 0 && *zoom >= 0 && !s; at--) {
+        const struct mosaic *m = &w->mosaics[at];
+        if (!touches(w, m, id)) continue;
+        if (m->zoom >= id.zoom) s = lay_outline(w, b, m, id, 0);
+        else if (stack_shows(&b->all, true)) s = lay_mosaic(w, b, at, id);
+    }
+    return s || *zoom < 0 ? s : lay_base_below(w, b, id);
 }

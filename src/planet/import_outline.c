@@ -21,7 +21,7 @@ struct piece {
     int input;
 };
 
-// A circle about a raster's centre that lies inside the mosaic.
+// All points up to a distance from a centre.
 struct disc {
     dvec3 centre;
     double radius;
@@ -154,6 +154,7 @@ static dvec3 centre_of(const raster_grid *g, double radius)
     return dvec3_scale(sum, radius / dvec3_length(sum));
 }
 
+// About a raster's centre, inside the mosaic.
 static struct disc greatest_disc(const struct outline *o, const raster_grid *g)
 {
     struct disc d = {centre_of(g, o->radius), INFINITY};
@@ -202,40 +203,61 @@ void outline_destroy(struct outline **outline)
     *outline = NULL;
 }
 
-// The pieces within their width of any of the tile's samples.
-static int near_pieces(const struct outline *o, tile_id id, const struct piece **near)
+// A ball around all of a tile's samples.
+static struct disc ball_of(const struct outline *o, tile_id id)
 {
-    double west, south, east, north, reach = 0;
+    double west, south, east, north;
     grid_bounds(id, &west, &south, &east, &north);
-    dvec3 centre = dvec3_scale(direction((south + north) / 2, (west + east) / 2), o->radius);
+    struct disc ball = {dvec3_scale(direction((south + north) / 2, (west + east) / 2), o->radius),
+                        0};
     for (int i = 0; i < 9; i++) {
         dvec3 at = direction(south + i / 3 * (north - south) / 2, west + i % 3 * (east - west) / 2);
-        reach = fmax(reach, dvec3_length(dvec3_sub(dvec3_scale(at, o->radius), centre)));
+        dvec3 off = dvec3_sub(dvec3_scale(at, o->radius), ball.centre);
+        ball.radius = fmax(ball.radius, dvec3_length(off));
     }
+    return ball;
+}
+
+static bool is_near(const struct piece *p, const struct disc *ball, double margin)
+{
+    double most = ball->radius + p->width + margin;
+    return distance2(p, ball->centre) < most * most;
+}
+
+bool outline_meets(const struct outline *o, tile_id id, double margin)
+{
+    struct disc ball = ball_of(o, id);
+    for (int i = 0; i < o->count; i++)
+        if (is_near(&o->pieces[i], &ball, margin)) return true;
+    return false;
+}
+
+// The pieces within their width and the margin of any of the tile's samples.
+static int near_pieces(const struct outline *o, tile_id id, double margin,
+                       const struct piece **near)
+{
+    struct disc ball = ball_of(o, id);
     int count = 0;
-    for (int i = 0; i < o->count; i++) {
-        const struct piece *p = &o->pieces[i];
-        double most = reach + p->width;
-        if (distance2(p, centre) < most * most) near[count++] = p;
-    }
+    for (int i = 0; i < o->count; i++)
+        if (is_near(&o->pieces[i], &ball, margin)) near[count++] = &o->pieces[i];
     return count;
 }
 
-static float weight_at(const struct piece *const *near, int count, dvec3 at)
+static float weight_at(const struct piece *const *near, int count, double margin, dvec3 at)
 {
     double least = 1;
-    for (int i = 0; i < count; i++) {
-        double width = near[i]->width, d2 = distance2(near[i], at);
-        if (d2 < least * least * width * width) least = sqrt(d2) / width;
+    for (int i = 0; i < count && least > 0; i++) {
+        double width = near[i]->width, d2 = distance2(near[i], at), far = least * width + margin;
+        if (d2 < far * far) least = fmax(0, (sqrt(d2) - margin) / width);
     }
     return fmaxf(BLEND_LEAST_WEIGHT, (float)(least * least * (3 - 2 * least)));
 }
 
-status outline_lower(const struct outline *o, tile_id id, float *weights)
+status outline_lower(const struct outline *o, tile_id id, double margin, float *weights)
 {
     const struct piece **near = calloc((size_t)o->count + 1, sizeof *near);
     if (!near) return ERR_MEMORY;
-    int count = near_pieces(o, id, near);
+    int count = near_pieces(o, id, margin, near);
     double west, south, east, north, step = grid_step_lon(id.zoom, id.row);
     grid_bounds(id, &west, &south, &east, &north);
     for (int y = 0; y < TILE_SIZE && count; y++) {
@@ -243,7 +265,8 @@ status outline_lower(const struct outline *o, tile_id id, float *weights)
         double ring = o->radius * cos(lat), z = o->radius * sin(lat);
         for (int x = 0; x < TILE_SIZE; x++) {
             double lon = west + (x + 0.5) * step;
-            float w = weight_at(near, count, dvec3_make(ring * cos(lon), ring * sin(lon), z));
+            float w =
+                weight_at(near, count, margin, dvec3_make(ring * cos(lon), ring * sin(lon), z));
             float *to = &weights[y * TILE_SIZE + x];
             *to = fminf(*to, w);
         }

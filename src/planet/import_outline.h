@@ -26,7 +26,11 @@ struct outline *outline_create(const raster_grid *grids, const int *order, int c
                                outline_width width, void *user);
 void outline_destroy(struct outline **outline);
 
-// Lowers weights (256 x 256) at the samples of a tile to the border's. Any thread. ERR_MEMORY.
-status outline_lower(const struct outline *outline, tile_id id, float *weights);
+// Is the border within its width and `margin` metres of any of the tile's samples?
+bool outline_meets(const struct outline *outline, tile_id id, double margin);
+
+// Lowers weights (256 x 256) at the samples of a tile to the border's, which is laid farther in by
+// `margin` metres, on both sides. Any thread. ERR_MEMORY.
+status outline_lower(const struct outline *outline, tile_id id, double margin, float *weights);
 
 #endif

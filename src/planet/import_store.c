@@ -11,6 +11,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "planet/codec_bounded.h"
+#include "planet/import_border.h"
 #include "planet/import_bounded.h"
 #include "planet/synthesis.h"
 
@@ -309,10 +310,38 @@ static status put_bounded(const struct heads *h, int from, double max_error,
     return bounder_keep(bounder, &row);
 }
 
-static status join_rows(struct heads *h, struct planet_writer *w, double max_error,
-                        struct bounder *bounder, bool (*progress)(void *user, double done),
-                        void *user, uint64_t *tiles)
+struct joining {
+    const import_join *join;
+    struct heads heads;
+    struct planet_writer *writer;
+    struct bounder *bounder; // NULL: bodies stay as they are
+    int zoom;                // of the heights before
+};
+
+// The next tile of heights, mended where a border of finer data runs through it.
+static status put_height(struct joining *j, int from)
 {
+    struct heads *h = &j->heads;
+    planet_row was = h->rows[from], *row = &h->rows[from];
+    bool made = !h->base || from < h->count - 1, mended = false;
+    double max_error = j->join->meta->max_error;
+    status s = OK;
+    if (j->bounder && row->id.zoom != j->zoom) s = bounder_flush(j->bounder);
+    j->zoom = row->id.zoom;
+    if (!s && made && j->join->border && border_meets(j->join->border, row->id))
+        s = border_mend(j->join->border, j->writer, max_error, row, &mended);
+    if (!s && j->bounder) s = put_bounded(h, from, max_error, j->bounder);
+    else if (!s)
+        s = planet_writer_put_hashed(j->writer, row->id, &row->body, row->hash, row->min, row->max);
+    if (mended) codec_blob_deinit(&row->body);
+    *row = was;
+    return s;
+}
+
+static status join_rows(struct joining *j, uint64_t *tiles)
+{
+    const import_join *join = j->join;
+    struct heads *h = &j->heads;
     status s = OK;
     h->rows = NEW_ARRAY(planet_row, (size_t)h->count + 1);
     for (int i = 0; !s && i < h->count; i++) s = advance(h, i);
@@ -320,36 +349,34 @@ static status join_rows(struct heads *h, struct planet_writer *w, double max_err
     for (int best; !s && !(s = pick(h, &best)) && best >= 0; ++*tiles) {
         const planet_row *r = &h->rows[best];
         bool height = r->id.layer == LAYER_HEIGHT;
-        if (bounder && height) s = put_bounded(h, best, max_error, bounder);
-        else s = planet_writer_put_hashed(w, r->id, &r->body, r->hash, r->min, r->max);
+        if (height) s = put_height(j, best);
+        else s = planet_writer_put_hashed(j->writer, r->id, &r->body, r->hash, r->min, r->max);
         if (!s) s = advance(h, best);
         // Heights come first; they are all written before another layer's tile is.
-        if (!s && bounder && height && !is_height_next(h)) s = bounder_flush(bounder);
-        if (!s && *tiles % 64 == 0 && progress &&
-            progress(user, (double)*tiles / (double)(h->total + 1)))
+        if (!s && j->bounder && height && !is_height_next(h)) s = bounder_flush(j->bounder);
+        if (!s && *tiles % 64 == 0 && join->progress &&
+            join->progress(join->user, (double)*tiles / (double)(h->total + 1)))
             s = ERR_CANCELLED;
     }
     return s;
 }
 
-status import_store_join(struct import_store *store, const char *path, struct planet_meta *meta,
-                         int threads, bool (*progress)(void *user, double done), void *user,
-                         uint64_t *tiles)
+status import_store_join(struct import_store *store, import_join *join)
 {
-    struct heads h = {.base = store->planet};
-    struct planet_writer *w = NULL;
-    status s = each_part(store->part, add_head, &h);
-    if (!s && store->planet) s = add_head(&h, import_base_path(store->planet));
-    if (!s) s = planet_writer_open_bulk(path, store->fingerprint, &w);
-    struct bounder *bounder =
-        !s && meta->max_error > 0 ? bounder_create(w, meta->max_error, threads) : NULL;
-    if (!s) s = join_rows(&h, w, meta->max_error, bounder, progress, user, tiles);
-    bounder_destroy(&bounder);
-    if (!s) s = planet_measure_gain(w, meta->ellipsoid.a, &meta->synthesis_gain);
-    if (!s) s = planet_writer_finish(w, meta);
-    planet_writer_close(&w);
-    for (int i = 0; i < h.count; i++) planet_part_close(&h.parts[i]);
-    free(h.parts);
-    free(h.rows);
+    struct joining j = {.join = join, .heads = {.base = store->planet}};
+    struct heads *h = &j.heads;
+    double max_error = join->meta->max_error;
+    status s = each_part(store->part, add_head, h);
+    if (!s && store->planet) s = add_head(h, import_base_path(store->planet));
+    if (!s) s = planet_writer_open_bulk(join->path, store->fingerprint, &j.writer);
+    if (!s && max_error > 0) j.bounder = bounder_create(j.writer, max_error, join->threads);
+    if (!s) s = join_rows(&j, &join->tiles);
+    bounder_destroy(&j.bounder);
+    if (!s) s = planet_measure_gain(j.writer, join->meta->ellipsoid.a, &join->meta->synthesis_gain);
+    if (!s) s = planet_writer_finish(j.writer, join->meta);
+    planet_writer_close(&j.writer);
+    for (int i = 0; i < h->count; i++) planet_part_close(&h->parts[i]);
+    free(h->parts);
+    free(h->rows);
     return s;
 }

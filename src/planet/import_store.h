@@ -8,6 +8,7 @@
 #include "planet/planet_part.h"
 #include "planet/planet_writer.h"
 
+struct border;
 struct import_store;
 
 typedef struct import_store_params {
@@ -41,14 +42,21 @@ status import_store_commit(struct import_store *store);
 // tiles. user: the store.
 status import_store_base_height(void *store, tile_id id, float *heights);
 
-// Gathers all parts and the base (where no part has a tile) in the canonical order into a finished
-// planet at `path`: the same tiles give the same bytes. With meta->max_error heights are coded
-// anew (import_bounded.h), by so many threads; but tiles that the base has too, and those whose
-// parent is not the base's any more, stand without loss, lest two errors add up. For one rank, when
-// all have sealed and before any looks. tiles: how many there are.
-status import_store_join(struct import_store *store, const char *path, struct planet_meta *meta,
-                         int threads, bool (*progress)(void *user, double done), void *user,
-                         uint64_t *tiles);
+typedef struct import_join {
+    const char *path;         // of the finished planet
+    struct planet_meta *meta; // what the tiles say is filled in
+    struct border *border;    // mends heights of the parts (import_border.h); NULL: none
+    int threads;              // 0: one for each processor
+    bool (*progress)(void *user, double done);
+    void *user;
+    uint64_t tiles; // out: how many there are
+} import_join;
+
+// Gathers all parts and the base (where no part has a tile) in the canonical order: the same tiles
+// give the same bytes. With meta->max_error heights are coded anew (import_bounded.h); but tiles
+// that the base has too, and those whose parent is not the base's any more, stand without loss,
+// lest two errors add up. For one rank, when all have sealed and before any looks.
+status import_store_join(struct import_store *store, import_join *join);
 
 // Removes all parts, closed by all. `part` as in the params.
 void import_store_remove(const char *part);

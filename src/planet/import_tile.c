@@ -120,16 +120,21 @@ static bool is_empty(const float *samples)
     return true;
 }
 
+status workshop_encode(const struct workshop *w, tile_id id, float *heights, codec_blob *out)
+{
+    double quantum = w->params.quantum;
+    if (quantum == 0) return codec_height_encode(heights, out);
+    return codec_height_encode_grid(heights,
+                                    quantum_exponent(quantum, id.zoom, w->params.ellipsoid.a), out);
+}
+
 // A tile without heights of its own, but with children that have some, is stored all the same.
 static status encode_heights(const struct workshop *w, struct bench *b, made_tile *out)
 {
     float low = INFINITY, high = -INFINITY;
     bool holes = false;
     if (b->lowest > b->highest && is_empty(b->tile)) return OK;
-    double quantum = w->params.quantum;
-    int exponent = quantum_exponent(quantum, b->parent.zoom, w->params.ellipsoid.a);
-    status s = quantum == 0 ? codec_height_encode(b->tile, &out->body)
-                            : codec_height_encode_grid(b->tile, exponent, &out->body);
+    status s = workshop_encode(w, b->parent, b->tile, &out->body);
     if (s) return s;
     // The range is that of what was stored.
     for (int i = 0; i < SAMPLES; i++) {
@@ -164,4 +169,24 @@ status workshop_make(struct workshop *w, int worker, tile_id id, made_tile *out)
     status s = compose(w, b, id, &any);
     if (s || !any) return s;
     return id.layer == LAYER_HEIGHT ? encode_heights(w, b, out) : encode_pixels(w, b, out);
+}
+
+bool workshop_has_border(const struct workshop *w, tile_id id)
+{
+    return compose_has_border(w, id);
+}
+
+status workshop_below(struct workshop *w, int worker, tile_id id, float *shares, float *heights,
+                      float *keep, int *zoom)
+{
+    struct bench *b = &w->benches[worker];
+    status s = compose_below(w, b, id, keep, zoom);
+    if (s || *zoom < 0) return s;
+    for (int i = 0; i < SAMPLES; i++) {
+        float own = b->all.own[i], below = b->all.laid[i] - own;
+        shares[i] = below > 0 ? below / b->all.laid[i] : 0;
+        heights[i] = below > 0 ? b->all.sum[i] / below : 0;
+        keep[i] = keep[i] < own ? keep[i] / own : keep[i] > 0;
+    }
+    return OK;
 }

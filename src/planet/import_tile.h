@@ -47,4 +47,19 @@ typedef struct made_tile {
 
 status workshop_make(struct workshop *workshop, int worker, tile_id id, made_tile *out);
 
+// Of heights. Do borders of sources of this zoom or finer ones run through the tile, with coarser
+// data below? Cheap; a few tiles beside a border count too.
+bool workshop_has_border(const struct workshop *workshop, tile_id id);
+
+// What coarser sources have given to such a tile: of each sample the share, 0 where there is none,
+// and their height. keep: the part of the rest that may stay; 0 where a tile of the next zoom,
+// beyond the border, would be made of it. *zoom: the finest before the tile's with data there, -1:
+// there is none, and nothing else is filled in.
+status workshop_below(struct workshop *workshop, int worker, tile_id id, float *shares,
+                      float *heights, float *keep, int *zoom);
+
+// A body as workshop_make gives, of heights, which are rounded to their grid.
+status workshop_encode(const struct workshop *workshop, tile_id id, float *heights,
+                       codec_blob *out);
+
 #endif

@@ -68,4 +68,9 @@ void compose_plan_deinit(struct workshop *w);
 // *any: a source of this zoom has data here.
 status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *any);
 
+// See workshop_has_border. What workshop_below says, as the stack b->all: what sources of the
+// tile's zoom or finer have is laid as the tile's own, of height 0; and the share that these keep.
+bool compose_has_border(const struct workshop *w, tile_id id);
+status compose_below(struct workshop *w, struct bench *b, tile_id id, float *kept, int *zoom);
+
 #endif

@@ -23,7 +23,7 @@ static const char schema[] =
     " col INTEGER NOT NULL, body INTEGER NOT NULL REFERENCES body(id), min REAL, max REAL,"
     " PRIMARY KEY(layer, zoom, row, col)) WITHOUT ROWID;";
 
-enum statement { HAS, FIND_BODY, ADD_BODY, ADD_TILE, GET, STATEMENT_COUNT };
+enum statement { HAS, FIND_BODY, ADD_BODY, ADD_TILE, GET, WIDEN, STATEMENT_COUNT };
 
 static const char *const statements[STATEMENT_COUNT] = {
     [HAS] = "SELECT 1 FROM tile WHERE layer = ?1 AND zoom = ?2 AND row = ?3 AND col = ?4",
@@ -33,6 +33,8 @@ static const char *const statements[STATEMENT_COUNT] = {
                  " VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7)",
     [GET] = "SELECT data, hash, min, max FROM tile JOIN body ON body.id = tile.body"
             " WHERE layer = ?1 AND zoom = ?2 AND row = ?3 AND col = ?4",
+    [WIDEN] = "UPDATE tile SET min = min(min, ?5), max = max(max, ?6)"
+              " WHERE layer = ?1 AND zoom = ?2 AND row = ?3 AND col = ?4",
 };
 
 struct planet_writer {
@@ -235,6 +237,17 @@ status planet_writer_get(struct planet_writer *w, tile_id id, codec_blob *body, 
                          float *max)
 {
     return store_get_body(w->db, w->path, PLANET_SCHEMA_VERSION, w->stmt[GET], id, body, min, max);
+}
+
+status planet_writer_widen(struct planet_writer *w, tile_id id, double min, double max)
+{
+    sqlite3_stmt *stmt = w->stmt[WIDEN];
+    store_bind_tile(stmt, id);
+    sqlite3_bind_double(stmt, 5, min);
+    sqlite3_bind_double(stmt, 6, max);
+    status s = sqlite3_step(stmt) == SQLITE_DONE ? OK : store_error(w->db, w->path);
+    sqlite3_reset(stmt);
+    return s;
 }
 
 status planet_writer_commit(struct planet_writer *w)

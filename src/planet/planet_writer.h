@@ -42,6 +42,9 @@ status planet_writer_put_hashed(struct planet_writer *writer, tile_id id, const 
 status planet_writer_get(struct planet_writer *writer, tile_id id, codec_blob *body, float *min,
                          float *max);
 
+// Makes the range of a tile that is there as wide as to hold [min, max].
+status planet_writer_widen(struct planet_writer *writer, tile_id id, double min, double max);
+
 // Finest zoom with a tile of the layer, committed or pending; -1 when there is none.
 int planet_writer_max_zoom(struct planet_writer *writer, enum tile_layer layer);
 

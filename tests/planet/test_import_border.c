@@ -1,0 +1,270 @@
+// The border of an inset as it is shown: between the last stored sample and the first that is made
+// from coarser ones the ground does not jump, at any zoom. The oracle is what the coarser zoom and
+// the seam may do over one sample. Fails when a seam's blend ends in what the coarser raster says
+// instead of what coarser tiles show (70 m at zoom 5, as it was), when the zooms between may speak
+// beyond the border (REACH_SAMPLES 0: 55 m at zoom 6), and when ranges are not widened.
+#include "test_import_common.h"
+
+#include "planet/pyramid.h"
+
+enum { N = TILE_SIZE, BELOW = 1 };
+
+#define HIGHER_M 400.0
+#define GROUND_M 6378137.0
+
+static double hills(int band, double x, double y)
+{
+    (void)band;
+    return 120 * sin(x * 0.9) * cos(y * 0.8);
+}
+
+static double higher(int band, double x, double y)
+{
+    return hills(band, x, y) + HIGHER_M;
+}
+
+static const raster_spec globe = {.name = "globe.tif",
+                                  .width = 720,
+                                  .height = 360,
+                                  .bands = 1,
+                                  .type = GDT_Float32,
+                                  .crs = "EPSG:4326",
+                                  .transform = {-180, 0.5, 0, 90, 0, -0.5},
+                                  .value = hills};
+
+// 1.2 degrees a side, not along the globe's samples.
+static const raster_spec inset = {.name = "inset.tif",
+                                  .width = 600,
+                                  .height = 600,
+                                  .bands = 1,
+                                  .type = GDT_Float32,
+                                  .crs = "EPSG:4326",
+                                  .transform = {10.13, 0.002, 0, 46.27, 0, -0.002},
+                                  .value = higher};
+
+static const char *const both[] = {"globe.tif", "inset.tif"};
+
+static void import(const char *output, double max_error, bool add, int threads)
+{
+    import_source sources[2];
+    char paths[2][512], out[512];
+    snprintf(out, sizeof out, "%s", in_dir(output));
+    for (int i = 0; i < 2; i++) {
+        snprintf(paths[i], sizeof paths[i], "%s", in_dir(both[i]));
+        sources[i] = (import_source){.layer = LAYER_HEIGHT, .path = paths[i]};
+    }
+    import_params p = {.sources = sources,
+                       .source_count = add ? 1 : 2,
+                       .output = out,
+                       .feather_rows = FEATHER_ROWS,
+                       .feather_m = FEATHER_AUTO,
+                       .quantum = QUANTUM_AUTO,
+                       .max_error = max_error,
+                       .name = "Border",
+                       .threads = threads,
+                       .force = true};
+    if (import_run(&p)) fail_msg("%s", logged);
+    sources[0] = sources[1];
+    p.add = true;
+    if (add && import_run(&p)) fail_msg("%s", logged);
+}
+
+static double smooth(double t)
+{
+    t = fmin(1, fmax(0, t));
+    return t * t * (3 - 2 * t);
+}
+
+// The greatest difference between neighbours of a zoom where the inset lies.
+static double coarse_step(struct planet_file *f, int zoom)
+{
+    double most = 0, step = grid_step_lat(zoom) / RAD;
+    for (double lat = 44; lat < 47.5; lat += step)
+        for (double lon = 9; lon < 12.5; lon += step) {
+            double h = height_near(f, zoom, lat, lon);
+            most = fmax(most, fabs(height_near(f, zoom, lat + step, lon) - h));
+            most = fmax(most, fabs(height_near(f, zoom, lat, lon + 2 * step) - h));
+        }
+    return most;
+}
+
+struct jumps {
+    double most;
+    int pairs;
+};
+
+// Between neighbours of which one is stored.
+static struct jumps jumps_of(const float *stored, const float *shown)
+{
+    struct jumps j = {0, 0};
+    for (int i = 0; i < N * N; i++)
+        for (int way = 0; way < 2; way++) {
+            if (way ? i / N == N - 1 : i % N == N - 1) continue;
+            int k = i + (way ? N : 1);
+            if (isnan(stored[i]) == isnan(stored[k])) continue;
+            j.most = fmax(j.most, fabs((double)shown[i] - (double)shown[k]));
+            j.pairs++;
+        }
+    return j;
+}
+
+struct list {
+    tile_id ids[4096];
+    int count;
+};
+
+static void add_tile(void *user, tile_id id)
+{
+    struct list *l = user;
+    if (l->count < 4096) l->ids[l->count++] = id;
+}
+
+static struct list *list_tiles(struct planet_file *f)
+{
+    static struct list l;
+    l.count = 0;
+    assert_int_equal(planet_file_list(f, LAYER_HEIGHT, add_tile, &l), OK);
+    assert_true(l.count < 4096);
+    return &l;
+}
+
+static struct jumps border_of(struct planet_file *f, struct pyramid *p, int zoom)
+{
+    static float stored[N * N];
+    struct jumps all = {0, 0};
+    const struct list *l = list_tiles(f);
+    for (int i = 0; i < l->count; i++) {
+        const pyramid_tile *tile;
+        if (l->ids[i].zoom != zoom) continue;
+        assert_int_equal(planet_file_read_height(f, l->ids[i], stored), OK);
+        assert_int_equal(pyramid_acquire(p, l->ids[i], &tile), OK);
+        struct jumps j = jumps_of(stored, tile->heights);
+        pyramid_release(p, &tile);
+        all.most = fmax(all.most, j.most);
+        all.pairs += j.pairs;
+    }
+    return all;
+}
+
+// Its middle is its own, and halfway there the seam's.
+static void check_inside(struct planet_file *f, int zoom, double slack)
+{
+    int index;
+    double lat, lon, width = 0.3 * RAD * GROUND_M * cos(45.67 * RAD);
+    check_near(height_near(f, zoom, 45.67, 10.73), higher(1, 10.73, 45.67), 3 + slack);
+    tile_id id = tile_at(LAYER_HEIGHT, zoom, 45.67 * RAD, 10.25 * RAD, &index);
+    sample_place(id, index, &lat, &lon);
+    double inside = (lon / RAD - 10.13) * RAD * GROUND_M * cos(lat);
+    double seam = smooth(inside / width), got = height_near(f, zoom, lat / RAD, lon / RAD);
+    double ground = hills(1, lon / RAD, lat / RAD);
+    // What is below holds a share of the inset, which is all of it at most.
+    assert_true(got > ground + HIGHER_M * seam - 60 - slack);
+    assert_true(got < ground + HIGHER_M * (seam + (1 - seam) * 0.7) + 60 + slack);
+}
+
+// Every tile's range holds the heights of the tiles below it.
+static void check_ranges(struct planet_file *f)
+{
+    static float heights[N * N];
+    const struct list *l = list_tiles(f);
+    for (int k = 0; k < l->count; k++) {
+        float low = INFINITY, high = -INFINITY, min, max;
+        assert_int_equal(planet_file_read_height(f, l->ids[k], heights), OK);
+        for (int i = 0; i < N * N; i++) {
+            low = fminf(low, heights[i]);
+            high = fmaxf(high, heights[i]);
+        }
+        for (tile_id up = l->ids[k]; low <= high; up = tile_parent(up)) {
+            assert_int_equal(planet_file_read_range(f, up, &min, &max), OK);
+            assert_true(min <= low && high <= max);
+            if (up.zoom == 0) break;
+        }
+    }
+}
+
+static void check_border(const char *name, double max_error)
+{
+    struct planet_file *f = open_planet(name);
+    struct pyramid *p;
+    const pyramid_params params = {.synthesis = SYNTHESIS_NONE};
+    assert_int_equal(pyramid_create(f, &params, &p), OK);
+    int top = planet_file_meta(f)->max_zoom[LAYER_HEIGHT], looked = 0;
+    double ground = coarse_step(f, BELOW), width = 0.3 * RAD * GROUND_M * cos(45.67 * RAD);
+    for (int zoom = BELOW + 1; zoom <= top; zoom++) {
+        struct jumps j = border_of(f, p, zoom);
+        double sample = grid_step_lat(zoom) * GROUND_M, quantum = 1;
+        // A Catmull-Rom spline is at most 1.5 times as steep as its samples are.
+        double bound = 1.5 * ground / ldexp(1, zoom - BELOW) +
+                       HIGHER_M * smooth(1.5 * sample / width) + quantum + max_error;
+        print_message("zoom %d: %d pairs, %.2f m at most, bound %.2f\n", zoom, j.pairs, j.most,
+                      bound);
+        if (j.most > bound) fail_msg("zoom %d: the border jumps by %.2f m", zoom, j.most);
+        looked += j.pairs;
+    }
+    assert_true(looked > 5000);
+    check_inside(f, top, max_error);
+    check_ranges(f);
+    pyramid_destroy(&p);
+    planet_file_close(&f);
+}
+
+static void test_joint(void **state)
+{
+    (void)state;
+    write_raster(&globe);
+    write_raster(&inset);
+    import("joint.planet", 0, false, 2);
+    check_border("joint.planet", 0);
+}
+
+static void test_added(void **state)
+{
+    (void)state;
+    import("added.planet", 0, true, 2);
+    check_border("added.planet", 0);
+}
+
+static void test_bounded(void **state)
+{
+    (void)state;
+    import("bounded.planet", 4, false, 2);
+    check_border("bounded.planet", 4);
+    import("added.planet", 4, true, 2);
+    check_border("added.planet", 4);
+}
+
+static void compare_bytes(const char *a, const char *b)
+{
+    FILE *fa = fopen(in_dir(a), "rb"), *fb = fopen(in_dir(b), "rb");
+    assert_non_null(fa);
+    assert_non_null(fb);
+    for (long at = 0;; at++) {
+        int x = getc(fa), y = getc(fb);
+        if (x != y) fail_msg("%s and %s differ at byte %ld", a, b, at);
+        if (x == EOF) break;
+    }
+    fclose(fa);
+    fclose(fb);
+}
+
+// As any import's, the bytes are the same whatever the threads.
+static void test_threads(void **state)
+{
+    (void)state;
+    for (int bounded = 0; bounded < 2; bounded++) {
+        import("one.planet", 4 * bounded, false, 1);
+        import("three.planet", 4 * bounded, false, 3);
+        compare_bytes("one.planet", "three.planet");
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_joint),
+        cmocka_unit_test(test_added),
+        cmocka_unit_test(test_bounded),
+        cmocka_unit_test(test_threads),
+    };
+    return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
+}
