@@ -54,7 +54,7 @@ typedef struct grid_params {
     double aspect; // width / height of the picture
     const struct geo_focus *focus;
     int rows, columns; // vertices; at least 2 each
-    double denser;     // 0: the same everywhere in the picture, up to 0.9: denser in its middle
+    double denser;     // 0: the same everywhere in the picture, below 1: denser in its middle
     grid_disc discs[GRID_DISCS_MAX]; // from the whole planet (radius pi) inwards
     int disc_count;                  // at least 1
     double ground_m; // height of what a narrow picture shows, below the camera; NaN: rays are

@@ -26,6 +26,7 @@ struct sight {
 
 struct grid {
     struct geometry base;
+    double denser;
     grid_params params;
     struct grid_block block;
     struct grid_column *columns;
@@ -174,7 +175,7 @@ static status create(const geometry_params *params, struct geometry **out)
     struct grid *g = NEW(struct grid);
     g->params.rows = v->grid_rows;
     g->params.columns = v->grid_columns;
-    g->params.denser = v->grid_denser;
+    g->denser = v->grid_denser;
     g->columns = NEW_ARRAY(struct grid_column, (size_t)v->grid_columns);
     g->stale = true;
     char defines[256];
@@ -264,6 +265,8 @@ static void place(struct grid *g, const geometry_frame *f)
     p->ellipsoid = f->projection->ellipsoid;
     p->camera = f->projection->camera;
     p->aspect = (double)f->projection->width / f->projection->height;
+    // Of the widest views the ground around the camera, a few pixels in the middle, is most.
+    p->denser = fmax(g->denser, 1 - tan(PROJECTION_WIDE_FOV / 2) / tan(p->camera.fov_y / 2));
     p->focus = &f->projection->focus;
     set_discs(g, f);
     p->ground_m = ground_of(f);

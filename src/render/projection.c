@@ -8,8 +8,6 @@
 // Rayleigh scale height of the simple atmosphere, m.
 #define AIR_SCALE_HEIGHT_M 8000.0
 
-#define WIDE_FOV (120 * M_PI / 180)
-
 static dmat3 mat_mul(dmat3 a, dmat3 b)
 {
     dmat3 t = dmat3_transpose(b), r;
@@ -145,7 +143,7 @@ dvec3 projection_unproject(const projection *p, double x_px, double y_px, double
 
 double projection_pixel(const projection *p)
 {
-    return geo_pixel_size(1, fmin(p->camera.fov_y, WIDE_FOV), p->height);
+    return geo_pixel_size(1, fmin(p->camera.fov_y, PROJECTION_WIDE_FOV), p->height);
 }
 
 int projection_first_level(const cell_view *view)

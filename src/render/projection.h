@@ -38,9 +38,10 @@ cell_view projection_cell_view(const projection *p, double lowest, double summit
 // pixel: 0.5, 0.5) and distance z along the view axis.
 dvec3 projection_unproject(const projection *p, double x_px, double y_px, double z);
 
-// Width of a pixel at a metre, for choosing how fine to draw. At the picture's centre; beyond 120
-// degrees as for those, because pixels there come to cover degrees while those at the border, where
-// the nearest ground is, cover ever less.
+// Width of a pixel at a metre, for choosing how fine to draw. At the picture's centre; for wider
+// views than this as for it, because pixels there come to cover degrees while those at the border,
+// where the nearest ground is, cover ever less.
+#define PROJECTION_WIDE_FOV (120 * M_PI / 180)
 double projection_pixel(const projection *p);
 
 // Coarsest level that can be seen (by the horizon) and finest that is worth drawing: its samples

@@ -67,6 +67,17 @@ static void close_ground(struct ground *g)
     perigee_planet_close(&g->planet);
 }
 
+static reference_params truth_of(const struct ground *g, const perigee_camera *c, int width,
+                                 int height)
+{
+    return (reference_params){
+        .pyramid = g->judge.pyramid,
+        .camera = {c->lat_deg, c->lon_deg, c->alt_m, c->heading_deg, c->pitch_deg, 0, c->fov_deg},
+        .width = width,
+        .height = height,
+        .zoom = SIGHT_AUTO};
+}
+
 static void judge(const struct ground *g, const named_view *v, const perigee_camera *c, int quality,
                   const reference_params *truth, const float *truth_z)
 {
@@ -127,12 +138,7 @@ static void test_views(void **state)
         const named_view *v = &views.views[i];
         if (!wanted(v)) continue;
         perigee_camera c = error_camera(&g.judge, v);
-        reference_params truth = {
-            .pyramid = g.judge.pyramid,
-            .camera = {c.lat_deg, c.lon_deg, c.alt_m, c.heading_deg, c.pitch_deg, 0, c.fov_deg},
-            .width = g.width,
-            .height = g.height,
-            .zoom = SIGHT_AUTO};
+        reference_params truth = truth_of(&g, &c, g.width, g.height);
         reference_planes out = {.z_m = z};
         assert_int_equal(reference_render(&truth, &out), OK);
         for (int k = 0; k < QUALITIES; k++) judge(&g, v, &c, k, &truth, z);
@@ -141,12 +147,55 @@ static void test_views(void **state)
     views_file_deinit(&views);
 }
 
+// The widest view that the persistent grid can be asked for: the ground around the camera, a few
+// pixels in the middle of the picture, is half of what shows.
+static void test_widest_view_of_the_grid(void **state)
+{
+    (void)state;
+    enum { WIDTH = 160, HEIGHT = 120 };
+    static float z[WIDTH * HEIGHT], truth_z[WIDTH * HEIGHT];
+    struct ground g = {0};
+    if (access(planet_path, R_OK)) skip();
+    open_ground(&g);
+    perigee_view *view = scene_view(g.planet, &(perigee_view_params){.mode = PERIGEE_MODE_GRID});
+    for (int i = 0; i < 4; i++) {
+        const named_view v = {.camera = {.lat_deg = 38,
+                                         .lon_deg = 128.4,
+                                         .alt_m = i / 2 ? 100 : 2,
+                                         .heading_deg = 30,
+                                         .pitch_deg = i % 2 ? -40 : -5,
+                                         .fov_deg = 179},
+                              .above_ground = true};
+        perigee_camera c = error_camera(&g.judge, &v);
+        reference_params truth = truth_of(&g, &c, WIDTH, HEIGHT);
+        assert_int_equal(reference_render(&truth, &(reference_planes){.z_m = truth_z}), OK);
+        scene_render(view, &c, WIDTH, HEIGHT);
+        assert_int_equal(perigee_view_read_planes(view, &(perigee_planes){.z_m = z}), 0);
+        compare_params p = {.ellipsoid = g.judge.e,
+                            .camera = truth.camera,
+                            .width = WIDTH,
+                            .height = HEIGHT,
+                            .a = {.z_m = z},
+                            .b = {.z_m = truth_z}};
+        compare_result r;
+        assert_int_equal(compare_pictures(&p, NULL, &r), OK);
+        print_message("grid, 179 degrees, %g m up, pitch %g: %zu pixels missing of %zu\n",
+                      v.camera.alt_m, v.camera.pitch_deg, r.missing, r.ground + r.silhouette);
+        assert_true(r.ground > WIDTH * HEIGHT / 3);
+        assert_int_equal(r.missing, 0);
+    }
+    perigee_view_destroy(&view);
+    close_ground(&g);
+}
+
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_views)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_views),
+                                       cmocka_unit_test(test_widest_view_of_the_grid)};
     full = argc > 1;
     if (full) planet_path = argv[1];
     if (argc > 2) part = argv[2];
+    if (full) cmocka_set_test_filter("test_views");
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }

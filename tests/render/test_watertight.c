@@ -8,7 +8,11 @@ enum { RANDOM_VIEWS = 100, AIMED_VIEWS = 4, MET_PAIRS = 5 };
 static const double RAD = M_PI / 180, A = 6378137.0, FLAT = 6356752.314245179 / 6378137.0;
 
 static int times = 1;
-static double limb_px; // by how much the limb may lie too low
+// By how much the limb may lie too low: what the chords between rings are allowed (SAG_PX of
+// render/stride.c). Without it the 520th of 2,000 random views fails: three pixels of sky, for
+// which 0.005 px are enough.
+#define CHORDS_PX 0.0165
+static double limb_px = CHORDS_PX;
 static struct gaps_frame seen;
 static int inside, late;
 
@@ -114,7 +118,7 @@ static void look_from_everywhere(const char *what, const perigee_view_params *pa
     print_message("%s: %d views twice, %d frames late, %d pixels inside the limb, no hole\n", what,
                   views, late, inside);
     print_meetings(&met);
-    if (views >= RANDOM_VIEWS) assert_borders_met(&met);
+    if (views >= RANDOM_VIEWS && params->mode == PERIGEE_MODE_SPHERICAL) assert_borders_met(&met);
     assert_true(late > views / 2);
     assert_true(inside > views * (GAPS_PIXELS / 4));
     perigee_view_destroy(&view);
@@ -129,13 +133,12 @@ static void test_random_views(void **state)
 
 // Fields of view from the least to the most there is, over the ground and above it. In the widest
 // the nearest ground lies at a hundredth of its distance along the view axis.
-static void test_fields_of_view(void **state)
+static void look_through_fields(const char *what, enum perigee_mode mode)
 {
-    (void)state;
     static const double fovs[] = {0.01, 0.1, 1, 120, 150, 170, 178, 179};
     static const double heights[] = {2, 100, 5000, 400e3};
     perigee_planet *planet = scene_planet();
-    perigee_view *view = scene_view(planet, &(perigee_view_params){.identify = true});
+    perigee_view *view = scene_view(planet, &(perigee_view_params){.mode = mode, .identify = true});
     inside = late = 0;
     for (int i = 0; i < 64; i++) {
         double above = heights[i / 8 % 4], pitch = i < 32 ? -5 : -40;
@@ -145,11 +148,23 @@ static void test_fields_of_view(void **state)
                             .pitch_deg = pitch - (i / 8 % 4 == 3 ? 20 : 0),
                             .fov_deg = fovs[i % 8]};
         c.alt_m = above + ground(&c);
-        check_view(view, "field of view", i, &c, above);
+        check_view(view, what, i, &c, above);
     }
     assert_true(inside > 64 * (GAPS_PIXELS / 4));
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
+}
+
+static void test_fields_of_view(void **state)
+{
+    (void)state;
+    look_through_fields("field of view", PERIGEE_MODE_SPHERICAL);
+}
+
+static void test_fields_of_view_of_grid(void **state)
+{
+    (void)state;
+    look_through_fields("field of view, grid", PERIGEE_MODE_GRID);
 }
 
 // The persistent grid, also a coarse one and one that is denser in the middle.
@@ -162,8 +177,10 @@ static void test_grids(void **state)
         {.mode = PERIGEE_MODE_GRID, .grid_rows = 150, .grid_columns = 150, .grid_denser = 0.7},
     };
     static const char *const names[] = {"grid", "a coarse grid", "a grid denser in the middle"};
+    limb_px = 0; // no rings
     for (int i = 0; i < 3; i++)
         look_from_everywhere(names[i], &grids[i], (i ? 6 : 24) * times, 200 + (uint64_t)i);
+    limb_px = CHORDS_PX;
 }
 
 // Coarser meshes, rings and columns left out, the other transforms, coordinates from vertices, no
@@ -179,20 +196,22 @@ static void test_other_settings(void **state)
         perigee_view_params params;
         double limb_px;
     } settings[] = {
-        {"the paper's mesh", {.azimuth_steps = 512, .rings_per_level = 20}, 0},
-        {"a coarse mesh", {.azimuth_steps = 256, .rings_per_level = 20}, 0},
+        {"the paper's mesh", {.azimuth_steps = 512, .rings_per_level = 20}, CHORDS_PX},
+        {"a coarse mesh", {.azimuth_steps = 256, .rings_per_level = 20}, CHORDS_PX},
         {"rings and columns left out", {.ring_spacing_px = 6}, 0.25},
         {"low, most left out", {.quality = PERIGEE_QUALITY_LOW}, 0.25},
-        {"exact, by vertex", {.transform = PERIGEE_TRANSFORM_EXACT, .texcoord_vertex = true}, 0},
+        {"exact, by vertex",
+         {.transform = PERIGEE_TRANSFORM_EXACT, .texcoord_vertex = true},
+         CHORDS_PX},
         {"blend, hardware filter",
          {.transform = PERIGEE_TRANSFORM_BLEND, .filter = PERIGEE_FILTER_HARDWARE, .no_cull = true},
-         0},
+         CHORDS_PX},
     };
     for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
         limb_px = settings[i].limb_px;
         look_from_everywhere(settings[i].name, &settings[i].params, 6 * times, 100 + i);
     }
-    limb_px = 0;
+    limb_px = CHORDS_PX;
 }
 
 // The paper's exact transform, 24 m above the ground: the finest levels' heights come from places
@@ -384,10 +403,13 @@ int main(int argc, char **argv)
         return 2;
     }
     if (argc > 2) cmocka_set_test_filter(argv[2]);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_aimed_views),    cmocka_unit_test(test_random_views),
-        cmocka_unit_test(test_fields_of_view), cmocka_unit_test(test_exact_near_the_ground),
-        cmocka_unit_test(test_other_settings), cmocka_unit_test(test_grids)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_aimed_views),
+                                       cmocka_unit_test(test_random_views),
+                                       cmocka_unit_test(test_fields_of_view),
+                                       cmocka_unit_test(test_fields_of_view_of_grid),
+                                       cmocka_unit_test(test_exact_near_the_ground),
+                                       cmocka_unit_test(test_other_settings),
+                                       cmocka_unit_test(test_grids)};
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
