@@ -1,11 +1,11 @@
 // Geometry clipmaps measured as their papers do: bench_planar PLANET [sizes|levels|update|heights|
-// forms|fleeting]
+// forms|fleeting|residuals]
 //
 // sizes: the size of triangles on the screen against the formula, n = 63 .. 1023 (Losasso & Hoppe
 // 2004, 4); levels: screen-space error by level (its Table 2); update: a whole level's update (its
 // Table 1; Asirvatham & Hoppe 2005, Table 2-2); heights: packed against plain; forms: 2004, 2005
-// and the rings; fleeting: levels below the data kept and not. Times are medians; ratios are within
-// one run.
+// and the rings; fleeting: levels below the data kept and not; residuals: heights sent as such and
+// as what they add to the coarser level (2005, 2.4). Times are medians; ratios are within one run.
 #include <epoxy/gl.h>
 #include <math.h>
 #include <stdio.h>
@@ -437,6 +437,53 @@ static void bench_fleeting(const char *path)
     perigee_planet_close(&planet);
 }
 
+static double processor_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
+// Bytes of heights and processor time, all threads: to fill the windows at a place, and of a flight
+// of 60 frames from there that wait for their data, each a hundredth of the finest square on.
+static void bench_residuals(perigee_planet *planet)
+{
+    enum { FRAMES = 60, RUNS = 5 };
+    for (int i = 0; i < 3; i++) {
+        const struct place *q = &PLACES[i];
+        double ms[2][2][RUNS], mib[2][2] = {{0}};
+        // The first round finds the tiles cold and is not kept.
+        for (int k = -2; k < 2 * RUNS; k++) {
+            struct windows_counters n[2];
+            int form = k & 1, run = k / 2;
+            perigee_view *view = view_of(planet, (perigee_view_params){.mode = PERIGEE_MODE_PLANAR,
+                                                                       .planar_residuals = form});
+            perigee_camera c = camera_at(q->lat, q->lon, q->alt, q->pitch);
+            double start = processor_ms();
+            render(view, &c);
+            double filled = processor_ms();
+            windows_count(view->windows, &n[0]);
+            double step_deg = 3.6 / (1 << stats_of(view).last_level);
+            for (int f = 0; f < FRAMES; f++, c.lat_deg += step_deg) render(view, &c);
+            double flown = processor_ms();
+            windows_count(view->windows, &n[1]);
+            perigee_view_destroy(&view);
+            if (k < 0) continue;
+            ms[0][form][run] = filled - start;
+            ms[1][form][run] = flown - filled;
+            for (int j = 0; j < 2; j++)
+                mib[j][form] = (double)(4 * n[j].heights - 2 * n[j].residuals) / 0x1p20;
+            mib[1][form] -= mib[0][form];
+        }
+        printf(
+            "%-14s fill: %.2f MiB, with residuals %.2f, processor time %.2f; flight: %.2f, %.2f, "
+            "%.2f\n",
+            q->name, mib[0][0], mib[0][1], median(ms[0][1], RUNS) / median(ms[0][0], RUNS),
+            mib[1][0], mib[1][1], median(ms[1][1], RUNS) / median(ms[1][0], RUNS));
+        fflush(stdout);
+    }
+}
+
 int main(int argc, char **argv)
 {
     if (argc < 2) return 2;
@@ -453,6 +500,7 @@ int main(int argc, char **argv)
     if (!*what || !strcmp(what, "heights")) bench_heights(planet);
     if (!*what || !strcmp(what, "forms")) bench_forms(planet);
     if (!*what || !strcmp(what, "fleeting")) bench_fleeting(argv[1]);
+    if (!*what || !strcmp(what, "residuals")) bench_residuals(planet);
     perigee_planet_close(&planet);
     return 0;
 }

@@ -163,6 +163,9 @@ typedef struct perigee_view_params {
     bool planar_memory_free; // true: levels below all data are not kept but made anew on the GPU in
                              // each frame (2005, 2.6.3). Of the form of 2005; levels that cannot be
                              // made so (gpu_synthesis, which it includes) are left out
+    bool planar_residuals;   // true: heights are whole quanta of 1/2400 of their distance, at least
+                             // 2^-10 m, and what data add to the coarser level is added to it on
+                             // the GPU (2005, 2.4): half the bytes of heights to upload
     int levels;              // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
     int first_level;         // coarsest level drawn; 0: by the horizon
     int last_level;          // finest level drawn; 0: by the pixel size

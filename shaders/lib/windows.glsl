@@ -46,8 +46,9 @@ float window_height(int level, vec2 place)
     float h_row = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(aside.x, 0), torus, size), layer), 0).r;
     float h_col = texelFetch(height_windows, ivec3(window_texel(rc + ivec2(0, aside.y), torus, size), layer), 0).r;
     float h_both = texelFetch(height_windows, ivec3(window_texel(rc + aside, torus, size), layer), 0).r;
-    float d_row = h_row - h, d_col = h_col - h;
-    return h + (f.x * d_row + f.y * (d_col + f.x * (h_both - h_col - d_row)));
+    precise float d_row = h_row - h, d_col = h_col - h;
+    precise float between = h + (f.x * d_row + f.y * (d_col + f.x * (h_both - h_col - d_row)));
+    return between;
 #endif
 }
 

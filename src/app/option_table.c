@@ -170,6 +170,8 @@ const struct option_spec option_table[] = {
      "planar: plain (default), or packed: whole metres and the coarser level's difference in one number"},
     {"planar-memory-free", 0, V | R | F | C, GROUP_METHOD, FLAG(view_params.planar_memory_free),
      "planar: keep no level that lies below all data; make them anew on the GPU in each frame"},
+    {"planar-residuals", 0, V | R | F | C, GROUP_METHOD, FLAG(view_params.planar_residuals),
+     "planar: heights in whole quanta, sent to the GPU as what they add to the next coarser level: half the bytes"},
     {"grid", 0, V | R | F | C, GROUP_METHOD, VALUE(option_screen_grid, "ROWSxCOLUMNS"),
      "vertices of --mode grid, 2..4096 each and at most 4194304 (default 360x480)"},
     {"grid-denser", 0, V | R | F | C, GROUP_METHOD, NUMBER(view_params.grid_denser, 0, 0.9, "SHARE"),

@@ -79,7 +79,8 @@ status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_
         l->until_s = INFINITY;
         if (params->layer == LAYER_HEIGHT) l->bounds = clip_bounds_create(shape->rows, shape->cols);
     }
-    struct clip_jobs_params jobs = {pyramid, pool, params->layer, *shape, c->params.staging_bytes};
+    struct clip_jobs_params jobs = {
+        pyramid, pool, params->layer, *shape, c->params.staging_bytes, params->residuals};
     status s = clip_jobs_create(&jobs, &c->jobs);
     if (s) clipmap_destroy(&c);
     *out = c;
@@ -360,17 +361,31 @@ static void learn_lag(struct clipmap *c, const struct clip_job *job)
     c->lag += more > 0 ? more / 2 : more / 128;
 }
 
-// Does the level before hold what a derived strip is made of?
+// Does a level hold, in columns twice as wide, what the four-point filter makes a job's rectangle
+// of?
+static bool holds_parents(const struct clipmap *c, const struct level *l,
+                          const struct clip_job *job)
+{
+    if (l->held.share + 1 != job->window.share || window_rect_empty(l->valid)) return false;
+    window_rect needs = window_rect_parents(job->rect);
+    window_rect valid = window_rect_turned(&c->params.shape, l->held.share, l->valid, needs);
+    return rect_equal(window_rect_intersect(valid, needs), needs);
+}
+
 static bool may_derive(void *user, const struct clip_job *job)
 {
     const struct clipmap *c = user;
     const struct level *l = &c->levels[job->window.level - 1];
-    if (l->held.derived + 1 != job->window.derived || l->held.share + 1 != job->window.share)
-        return false;
-    window_rect needs = window_rect_parents(job->rect);
-    if (window_rect_empty(l->valid)) return false;
-    window_rect valid = window_rect_turned(&c->params.shape, l->held.share, l->valid, needs);
-    return rect_equal(window_rect_intersect(valid, needs), needs);
+    return l->held.derived + 1 == job->window.derived && holds_parents(c, l, job);
+}
+
+// What was filled while a source failed, or made on the GPU, may have other bits.
+static bool may_add(const struct clipmap *c, const struct clip_job *job)
+{
+    if (!job->residuals || !job->has_residuals || job->window.derived) return false;
+    const struct level *l = &c->levels[job->window.level - 1];
+    return l->held.zoom + 1 == job->window.zoom && !l->held.derived &&
+           l->until_s == (double)INFINITY && holds_parents(c, l, job);
 }
 
 bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
@@ -379,12 +394,12 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     struct clip_job *job = clip_jobs_ready(c->jobs);
     if (!job) return false;
     const window_shape *shape = &c->params.shape;
-    bool derived = job->window.derived > 0;
-    size_t row_bytes = 4 * (size_t)(job->rect.col1 - job->rect.col0);
+    bool derived = job->window.derived > 0, adds = may_add(c, job);
+    size_t cols = (size_t)(job->rect.col1 - job->rect.col0), row_bytes = (adds ? 2 : 4) * cols;
     size_t rows = (size_t)(job->rect.row1 - job->rect.row0 - job->handed);
     if (!derived && rows > budget / row_bytes) rows = budget / row_bytes;
-    if (rows > c->frame_left / (row_bytes / 4)) {
-        rows = c->frame_left / (row_bytes / 4);
+    if (rows > c->frame_left / cols) {
+        rows = c->frame_left / cols;
         c->held_from = job->window.level;
     }
     if (!rows) return false;
@@ -403,8 +418,9 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     s.cols = (int)(s.rect.col1 - s.rect.col0);
     s.tex_row = window_texel(s.rect.row0, shape->rows);
     s.tex_col = window_texel(s.rect.col0, shape->cols);
-    s.samples = (const unsigned char *)job->samples + (size_t)job->handed * row_bytes;
-    size_t samples = rows * row_bytes / 4;
+    size_t samples = rows * cols, handed = (size_t)job->handed * cols;
+    s.samples = (const unsigned char *)job->samples + 4 * handed;
+    if (adds) s.residuals = job->residuals + handed;
     s.bytes = derived ? 0 : rows * row_bytes;
     if (l->bounds && !derived)
         clip_bounds_write(l->bounds, s.tex_row, s.rows, s.tex_col, s.cols,
@@ -412,6 +428,7 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     job->handed += s.rows;
     c->counters.strips++;
     c->counters.samples += samples;
+    c->counters.residuals += adds ? samples : 0;
     c->counters.frame_samples += samples;
     if (c->frame_left != SIZE_MAX) {
         c->frame_left -= samples;

@@ -23,6 +23,8 @@ typedef struct clipmap_params {
                           // samples
     size_t samples_frame; // handed out in a frame at most, at least one row; 0: as many as a window
                           // has, the n^2 of Losasso & Hoppe 2004, 5
+    bool residuals; // heights are rounded to whole quanta (clipmap/residual.h), and handed out
+                    // as residuals where that can be
 } clipmap_params;
 
 // What a level holds now. `valid` is what may be sampled: complete, uploaded, inside window.rect.
@@ -52,10 +54,14 @@ typedef struct clipmap_strip {
     // it is made of, and says in `ranges` what clip_bounds_reduce would say, before
     // clipmap_uploaded, which may be frames later.
     const struct clip_range *ranges;
+    // Not NULL: rows * cols residuals instead of `samples`, over the texture of level - 1, in which
+    // now (not later) all is valid that they add to. The sums have the bits of `samples`.
+    const int16_t *residuals;
 } clipmap_strip;
 
 struct clipmap_counters {
     uint64_t strips, samples, bytes; // handed out since creation
+    uint64_t residuals;              // of these samples
     uint64_t refills;                // levels filled from nothing
     uint64_t frames;                 // begun
     uint64_t frame_samples;          // handed out since the frame began

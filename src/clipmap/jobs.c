@@ -11,15 +11,18 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "clipmap/residual.h"
 
 enum { MAX_STRIP_ROWS = CLIPMAP_MAX_ROWS, MIN_BLOCKS = 8, MAX_BLOCKS = 256 };
 
 struct clip_jobs {
     struct clip_jobs_params params;
     int max_rows, count;
-    size_t block_bytes, block_ranges;
+    size_t block_bytes, block_ranges, block_parents;
     unsigned char *samples;
     clip_range *ranges;
+    int16_t *residuals;
+    float *parents;
     struct clip_job *job;
     uint64_t next_order;
     pthread_mutex_t lock;
@@ -35,7 +38,9 @@ static void choose_blocks(struct clip_jobs *j)
     while (j->max_rows > 1 && bound / (row_bytes * (size_t)j->max_rows) < MIN_BLOCKS)
         j->max_rows /= 2;
     j->block_bytes = row_bytes * (size_t)j->max_rows;
-    size_t count = bound / j->block_bytes;
+    j->block_parents = (size_t)(j->max_rows / 2 + 4) * (size_t)(j->params.shape.cols / 2 + 4);
+    size_t aside = j->params.residuals ? j->block_bytes / 2 + 4 * j->block_parents : 0;
+    size_t count = bound / (j->block_bytes + aside);
     j->count = count > MAX_BLOCKS ? MAX_BLOCKS : count < 1 ? 1 : (int)count;
     j->block_ranges = (size_t)j->max_rows * (size_t)(j->params.shape.cols / CLIP_CELL);
 }
@@ -55,14 +60,22 @@ status clip_jobs_create(const struct clip_jobs_params *params, struct clip_jobs 
     pthread_condattr_destroy(&monotonic);
     j->samples = calloc((size_t)j->count, j->block_bytes);
     if (ranges) j->ranges = calloc((size_t)j->count * ranges, sizeof *j->ranges);
+    bool residuals = params->residuals && params->layer == LAYER_HEIGHT;
+    if (residuals) {
+        j->residuals = calloc((size_t)j->count, j->block_bytes / 2);
+        j->parents = calloc((size_t)j->count * j->block_parents, sizeof *j->parents);
+    }
     *out = j;
-    if (!j->samples || (ranges && !j->ranges)) {
+    if (!j->samples || (ranges && !j->ranges) || (residuals && (!j->residuals || !j->parents))) {
         clip_jobs_destroy(out);
         return ERR_MEMORY;
     }
     for (int i = 0; i < j->count; i++) {
         j->job[i].samples = j->samples + (size_t)i * j->block_bytes;
         if (ranges) j->job[i].ranges = j->ranges + (size_t)i * ranges;
+        if (!residuals) continue;
+        j->job[i].residuals = j->residuals + (size_t)i * (j->block_bytes / 4);
+        j->job[i].parents = j->parents + (size_t)i * j->block_parents;
     }
     return OK;
 }
@@ -83,6 +96,8 @@ void clip_jobs_destroy(struct clip_jobs **jobs)
     pthread_mutex_destroy(&j->lock);
     free(j->samples);
     free(j->ranges);
+    free(j->residuals);
+    free(j->parents);
     free(j->job);
     free(j);
     *jobs = NULL;
@@ -115,6 +130,30 @@ static void set_free(struct clip_job *job)
     job->state = CLIP_JOB_FREE;
 }
 
+// Rounds the samples, and finds their residuals where the level before can have columns twice as
+// wide, nothing stands in for its samples, and 16 bits are enough.
+static void find_residuals(const struct clip_jobs *j, struct clip_job *job)
+{
+    const struct clip_jobs_params *p = &j->params;
+    const window *w = &job->window;
+    window_rect around = window_rect_parents(job->rect);
+    size_t rows = (size_t)(around.row1 - around.row0), cols = (size_t)(around.col1 - around.col0),
+           count = (size_t)(job->rect.row1 - job->rect.row0) *
+                   (size_t)(job->rect.col1 - job->rect.col0);
+    double until_s;
+    clip_residual_round(w->zoom, job->samples, count);
+    job->has_residuals = false;
+    if (w->zoom == 0 || w->share == 0) return;
+    const window coarser = {.level = w->level - 1, .zoom = w->zoom - 1, .share = w->share - 1};
+    if (clipmap_try_fill(p->pyramid, p->layer, &p->shape, &coarser, around, job->want, job->parents,
+                         &until_s) ||
+        until_s != (double)INFINITY)
+        return;
+    clip_residual_round(coarser.zoom, job->parents, rows * cols);
+    job->has_residuals =
+        clip_residual_find(w->zoom, job->rect, job->samples, job->parents, job->residuals);
+}
+
 // Without the lock.
 static status fill(const struct clip_jobs *j, struct clip_job *job)
 {
@@ -122,6 +161,7 @@ static status fill(const struct clip_jobs *j, struct clip_job *job)
     window_rect r = job->rect;
     status s = clipmap_try_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->want,
                                 job->samples, &job->until_s);
+    if (!s && job->residuals) find_residuals(j, job);
     if (!s && job->ranges)
         clip_bounds_reduce(job->samples, (int)(r.row1 - r.row0),
                            window_texel(r.col0, p->shape.cols), (int)(r.col1 - r.col0),

@@ -32,6 +32,9 @@ struct clip_job {
     void *samples;
     double until_s;       // clock_now_s until which the samples stand
     clip_range *ranges;   // heights: clip_bounds_reduce of the samples
+    int16_t *residuals;   // room for them; NULL: not wanted
+    float *parents;       // and for what they are found with
+    bool has_residuals;   // of all rows
     int handed, uploaded; // rows; the owner's alone
 };
 
@@ -41,6 +44,7 @@ struct clip_jobs_params {
     enum tile_layer layer;
     window_shape shape;
     size_t staging_bytes;
+    bool residuals; // heights are rounded, and their residuals found where that can be
 };
 
 status clip_jobs_create(const struct clip_jobs_params *params, struct clip_jobs **out);

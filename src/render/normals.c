@@ -8,13 +8,19 @@
 #include "gpu/program.h"
 #include "render/texture_array.h"
 
-enum { REACH_MAX = 8 }; // columns, of normals.comp
+enum { REACH_MAX = 8, MAX_PENDING = 64 }; // columns, of normals.comp; rectangles
+
+struct pending {
+    window_rect rects[MAX_PENDING];
+    int count, zoom, share;
+};
 
 struct normals {
     geo_ellipsoid ellipsoid;
     window_shape shape;
     GLuint texture, convexity, program;
     size_t bytes;
+    struct pending pending[CLIPMAP_MAX_LEVELS];
 };
 
 status normals_create(const normals_params *p, struct normals **out)
@@ -57,7 +63,7 @@ size_t normals_gpu_bytes(const struct normals *n)
     return n->bytes;
 }
 
-void normals_begin(const struct normals *n, GLuint heights)
+static void begin(const struct normals *n, GLuint heights)
 {
     glUseProgram(n->program);
     glBindTextureUnit(0, heights);
@@ -65,7 +71,7 @@ void normals_begin(const struct normals *n, GLuint heights)
     glBindImageTexture(1, n->convexity, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8_SNORM);
 }
 
-void normals_end(void)
+static void end(void)
 {
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
@@ -85,8 +91,10 @@ static window_rect seen_from(const struct normals *n, const window *held, window
     return (window_rect){rect.row0 - rows, rect.row1 + rows, rect.col0 - cols, rect.col1 + cols};
 }
 
-void normals_compute(const struct normals *n, const window *held, window_rect valid,
-                     window_rect rect)
+// Normals of `rect` and of the samples around it that see it, as far as they are `valid` in the
+// window that the level's texture holds.
+static void compute(const struct normals *n, const window *held, window_rect valid,
+                    window_rect rect)
 {
     rect = window_rect_intersect(seen_from(n, held, rect), valid);
     if (window_rect_empty(rect)) return;
@@ -105,4 +113,41 @@ void normals_compute(const struct normals *n, const window *held, window_rect va
     glUniform2f(6, (float)step_lat, (float)step_lon);
     glUniform2f(4, (float)n->ellipsoid.a, (float)n->ellipsoid.b);
     glDispatchCompute((GLuint)(cols + 15) / 16, (GLuint)(rows + 3) / 4, 1);
+}
+
+void normals_make(const struct normals *n, GLuint heights, const window *w)
+{
+    begin(n, heights);
+    compute(n, w, w->rect, w->rect);
+    end();
+}
+
+void normals_note(struct normals *n, const clipmap_strip *strip)
+{
+    struct pending *p = &n->pending[strip->level];
+    if (p->zoom != strip->window.zoom || p->share != strip->window.share) p->count = 0;
+    p->zoom = strip->window.zoom;
+    p->share = strip->window.share;
+    if (p->count < MAX_PENDING) p->rects[p->count++] = strip->rect;
+    else p->rects[0] = strip->window.rect; // too many to tell apart: the whole window
+}
+
+static bool rect_equal(window_rect a, window_rect b)
+{
+    return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
+}
+
+void normals_update(struct normals *n, GLuint heights, const struct clipmap *clipmap)
+{
+    begin(n, heights);
+    for (int i = 0; i < CLIPMAP_MAX_LEVELS; i++) {
+        struct pending *p = &n->pending[i];
+        if (!p->count) continue;
+        clipmap_level l = clipmap_level_state(clipmap, i);
+        if (l.held.zoom != p->zoom || l.held.share != p->share) continue;
+        if (!rect_equal(l.valid, l.held.rect)) continue;
+        for (int k = 0; k < p->count; k++) compute(n, &l.held, l.valid, p->rects[k]);
+        p->count = 0;
+    }
+    end();
 }

@@ -6,7 +6,7 @@
 #include <epoxy/gl.h>
 
 #include "base/status.h"
-#include "clipmap/window.h"
+#include "clipmap/clipmap.h"
 #include "geo/ellipsoid.h"
 
 struct normals;
@@ -25,13 +25,12 @@ GLuint normals_texture(const struct normals *n);
 GLuint normals_convexity(const struct normals *n);
 size_t normals_gpu_bytes(const struct normals *n);
 
-// Between these: any number of rectangles, from the array of heights.
-void normals_begin(const struct normals *n, GLuint heights);
-void normals_end(void);
+// Of all of a window whose heights the array holds.
+void normals_make(const struct normals *n, GLuint heights, const window *w);
 
-// Normals of `rect` and of the samples around it that see it, as far as
-// they are `valid` in the window that the level's texture holds.
-void normals_compute(const struct normals *n, const window *held, window_rect valid,
-                     window_rect rect);
+// A strip of heights was uploaded. Its normals and those of the samples around that see it wait for
+// normals_update, until all of its window is there: they need the neighbours.
+void normals_note(struct normals *n, const clipmap_strip *strip);
+void normals_update(struct normals *n, GLuint heights, const struct clipmap *clipmap);
 
 #endif

@@ -100,6 +100,7 @@ status params_complete(perigee_view_params *p)
 {
     if (!p->levels) p->levels = DEFAULT_LEVELS;
     p->planar_memory_free &= p->mode == PERIGEE_MODE_PLANAR;
+    p->planar_residuals &= p->mode == PERIGEE_MODE_PLANAR;
     p->gpu_synthesis |= p->planar_memory_free;
     if (!p->upload_bytes_frame) p->upload_bytes_frame = (size_t)4 << 20;
     status s = complete_rings(p);

@@ -66,7 +66,7 @@ static void resize(perigee_view_params *p, double size, uint64_t triangles)
     p->planar_n = n;
     p->texels = n < 127 ? 128 : n + 1;
     p->planar_form = PERIGEE_PLANAR_2004;
-    p->planar_memory_free = false;
+    p->planar_memory_free = p->planar_residuals = false;
     p->planar_triangles = (uint32_t)fmin((double)triangles * size * size, UINT32_MAX);
 }
 

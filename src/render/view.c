@@ -37,6 +37,7 @@ static status create_parts(perigee_view *v)
                         .texels = v->params.texels,
                         .derive = v->params.gpu_synthesis,
                         .fleeting = v->params.planar_memory_free,
+                        .residuals = v->params.planar_residuals,
                         .upload_bytes_frame = v->params.upload_bytes_frame,
                         .update_samples_frame = v->params.update_samples_frame};
     status s = windows_create(&w, &v->windows);

@@ -13,10 +13,11 @@
 #include "base/vec.h"
 #include "render/fleeting.h"
 #include "render/normals.h"
+#include "render/residuals.h"
 #include "render/shown.h"
 #include "render/texture_array.h"
 
-enum { MAX_COLOR_LEVELS = 18, COLOR_LEVELS_BEYOND = 2, MAX_PENDING = 64 };
+enum { MAX_COLOR_LEVELS = 18, COLOR_LEVELS_BEYOND = 2 };
 
 // A level filled from nothing fades in over this time; fleeting ones do one after the other.
 static const double FADE_S = 0.35, FLEETING_FADE_S = 0.08;
@@ -26,11 +27,6 @@ static const double FADE_S = 0.35, FLEETING_FADE_S = 0.08;
 // left has room for the ramp at the border, the snapping, and data that lag behind. Without it
 // 2.4 pixels of error for 99.9 % in the Alps became 2.0 with more triangles only.
 static const double LEAD = 0.25;
-
-struct pending {
-    window_rect rects[MAX_PENDING];
-    int count, zoom, share;
-};
 
 struct layer {
     struct clipmap *clipmap;
@@ -44,11 +40,11 @@ struct layer {
 };
 
 struct windows {
-    struct deepen *deepen; // NULL: no level is made from the one before
+    struct deepen *deepen;       // NULL: no level is made from the one before
+    struct residuals *residuals; // NULL: none come
     struct fleeting fleeting;
     struct layer height, color;
     struct normals *normals;
-    struct pending pending[CLIPMAP_MAX_LEVELS];
     struct gpu_upload *upload;
     geo_ellipsoid ellipsoid;
     double ring_bound, lat, lon;
@@ -90,7 +86,8 @@ static status create_layers(struct windows *w, const windows_params *p)
     clipmap_params c = {.layer = LAYER_HEIGHT,
                         .shape = window_height_shape(p->texels > 256 ? p->texels : 256),
                         .samples_frame = p->update_samples_frame,
-                        .ring_bound = w->ring_bound};
+                        .ring_bound = w->ring_bound,
+                        .residuals = p->residuals};
     int levels = p->levels - finer_levels(p->texels);
     bool all = !p->fleeting || !pyramid_synthesises(p->pyramid);
     c.levels = all ? levels : fleeting_kept(p->pyramid, &c.shape, levels);
@@ -149,6 +146,14 @@ static status create_textures(struct windows *w)
     return ERR_GPU;
 }
 
+static status create_residuals(struct windows *w, const windows_params *p)
+{
+    if (!p->residuals) return OK;
+    status s = residuals_create(&w->height.shape, w->defines, &w->residuals);
+    if (!s) w->gpu_bytes += residuals_gpu_bytes(w->residuals);
+    return s;
+}
+
 status windows_create(const windows_params *params, struct windows **out)
 {
     struct windows *w = NEW(struct windows);
@@ -158,6 +163,7 @@ status windows_create(const windows_params *params, struct windows **out)
     status s = create_layers(w, params);
     if (!s) s = create_textures(w);
     if (!s) s = create_deepen(w, params);
+    if (!s) s = create_residuals(w, params);
     if (!s) s = gpu_upload_create(params->upload_bytes_frame, &w->upload);
     if (s) windows_destroy(&w);
     *out = w;
@@ -170,6 +176,7 @@ void windows_destroy(struct windows **windows)
     if (!w) return;
     clipmap_destroy(&w->height.clipmap);
     deepen_destroy(&w->deepen);
+    residuals_destroy(&w->residuals);
     clipmap_destroy(&w->color.clipmap);
     glDeleteTextures(1, &w->height.texture);
     glDeleteTextures(1, &w->color.texture);
@@ -263,45 +270,13 @@ bool windows_make(struct windows *w, int level, bool normals)
     }
     if (f->made < level || !normals) return f->made == level;
     const window *made = &f->window[level];
-    normals_begin(w->normals, w->height.texture);
-    normals_compute(w->normals, made, made->rect, made->rect);
-    normals_end();
+    normals_make(w->normals, w->height.texture, made);
     return true;
-}
-
-static void note_pending(struct pending *p, const clipmap_strip *strip)
-{
-    if (p->zoom != strip->window.zoom || p->share != strip->window.share) p->count = 0;
-    p->zoom = strip->window.zoom;
-    p->share = strip->window.share;
-    if (p->count < MAX_PENDING) p->rects[p->count++] = strip->rect;
-    else p->rects[0] = strip->window.rect; // too many to tell apart: the whole window
 }
 
 static bool whole_circle(const window *held)
 {
     return held->share == 0;
-}
-
-static bool rect_equal(window_rect a, window_rect b)
-{
-    return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
-}
-
-static void update_normals(struct windows *w)
-{
-    normals_begin(w->normals, w->height.texture);
-    for (int i = 0; i < w->height.levels; i++) {
-        struct pending *p = &w->pending[i];
-        if (!p->count) continue;
-        clipmap_level l = clipmap_level_state(w->height.clipmap, i);
-        if (l.held.zoom != p->zoom || l.held.share != p->share) continue;
-        if (!rect_equal(l.valid, l.held.rect)) continue;
-        for (int k = 0; k < p->count; k++)
-            normals_compute(w->normals, &l.held, l.valid, p->rects[k]);
-        p->count = 0;
-    }
-    normals_end();
 }
 
 static void upload(struct windows *w, const struct layer *l, const clipmap_strip *s)
@@ -325,7 +300,7 @@ static bool land_derived(struct windows *w)
     clipmap_strip strip;
     bool any = false;
     for (; w->deepen && deepen_finished(w->deepen, 0, &strip); any = true) {
-        note_pending(&w->pending[strip.level], &strip);
+        normals_note(w->normals, &strip);
         note_again(w, &w->height, &strip);
         clipmap_uploaded(w->height.clipmap, &strip);
         deepen_release(w->deepen);
@@ -344,8 +319,9 @@ static bool pump_heights(struct windows *w)
             w->derived_bytes += deepen_run(w->deepen, w->height.texture, &strip);
             continue;
         }
-        upload(w, &w->height, &strip);
-        note_pending(&w->pending[strip.level], &strip);
+        if (strip.residuals) residuals_add(w->residuals, w->upload, w->height.texture, &strip);
+        else upload(w, &w->height, &strip);
+        normals_note(w->normals, &strip);
         note_again(w, &w->height, &strip);
         clipmap_uploaded(w->height.clipmap, &strip);
     }
@@ -395,7 +371,7 @@ size_t windows_pump(struct windows *w, double dt_s)
         bool heights = pump_heights(w);
         pump_colors(w);
         gpu_upload_end(w->upload);
-        if (heights) update_normals(w);
+        if (heights) normals_update(w->normals, w->height.texture, w->height.clipmap);
     }
     bool heights = advance_shown(&w->height, dt_s);
     bool colors = advance_shown(&w->color, dt_s);
@@ -518,7 +494,8 @@ void windows_count(const struct windows *w, struct windows_counters *out)
     clipmap_counters(w->color.clipmap, &c);
     uint64_t most =
         h.most_frame_samples > c.most_frame_samples ? h.most_frame_samples : c.most_frame_samples;
-    *out = (struct windows_counters){h.frame_samples + c.frame_samples, most, h.yielded, c.yielded};
+    *out = (struct windows_counters){
+        h.frame_samples + c.frame_samples, most, h.samples, h.residuals, h.yielded, c.yielded};
 }
 
 // Where a level has nothing yet, the window that it is going to hold.

@@ -20,13 +20,15 @@ typedef struct windows_params {
     size_t upload_bytes_frame;
     bool derive;                 // make levels below the data on the GPU, where it can be done
     bool fleeting;               // and do not keep those wholly below all data (fleeting.h)
+    bool residuals;              // heights come as residuals where they can (residuals.h)
     size_t update_samples_frame; // of each layer; 0: as many as a window of one level has
 } windows_params;
 
 struct windows_counters {
-    uint64_t samples;           // handed out in this frame
-    uint64_t most_samples;      // of a layer in any frame that did not wait
-    uint32_t heights_held_back; // levels, as bits: see clipmap_counters.yielded
+    uint64_t samples;            // handed out in this frame
+    uint64_t most_samples;       // of a layer in any frame that did not wait
+    uint64_t heights, residuals; // samples of heights ever, and how many of them as residuals
+    uint32_t heights_held_back;  // levels, as bits: see clipmap_counters.yielded
     uint32_t colors_held_back;
 };
 

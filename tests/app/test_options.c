@@ -50,7 +50,8 @@ static const char *const accepted[] = {
     "render --mode spherical --no-cull --no-synthesis --levels 6-21 --azimuth-steps 512 --rings 20 "
     "-o a",
     "render --mode reference -o a",
-    "render --mode planar --planar-n 255 --planar-heights packed --planar-form 2004 "
+    "render --mode planar --planar-n 255 --planar-heights packed --planar-residuals --planar-form "
+    "2004 "
     "--planar-triangles 50000 -o a",
     "render --mode reference --zoom auto --zoom-error 0.1 -o a",
     "render --mode reference --zoom stored --heights bicubic -o a",

@@ -39,7 +39,57 @@ static void check_strip(const struct model *m, const clipmap_strip *s)
     assert_int_equal(s->tex_row, window_texel(s->rect.row0, shape->rows));
     assert_int_equal(s->tex_col, window_texel(s->rect.col0, shape->cols));
     assert_true(s->tex_row + s->rows <= shape->rows && s->tex_col + s->cols <= shape->cols);
-    assert_int_equal(s->bytes, 4 * s->rows * s->cols);
+    assert_int_equal(s->bytes, (s->residuals ? 2 : 4) * s->rows * s->cols);
+}
+
+// What heights of a zoom are whole multiples of, by the words of clipmap/residual.h.
+static double quantum_of(int zoom)
+{
+    return zoom < 15 ? 32 / (double)(1 << zoom) : 1.0 / 1024;
+}
+
+static int64_t floor_div(int64_t a, int64_t b)
+{
+    return a / b - (a % b < 0);
+}
+
+// Of four samples the one a quarter on from the second (after) or before the third, in quanta.
+static int64_t between(const int64_t h[4], bool after)
+{
+    const int64_t *v = h;
+    int64_t sum = after ? -9 * v[0] + 111 * v[1] + 29 * v[2] - 3 * v[3]
+                        : -3 * v[0] + 29 * v[1] + 111 * v[2] - 9 * v[3];
+    return floor_div(sum + 64, 128);
+}
+
+// Residuals and what the level before holds now make up the samples, bit by bit.
+static void check_residuals(const struct model *m, const clipmap_strip *s)
+{
+    double quantum = quantum_of(s->window.zoom);
+    const float *want = s->samples;
+    const int16_t *residual = s->residuals;
+    for (int64_t row = s->rect.row0; row < s->rect.row1; row++)
+        for (int64_t col = s->rect.col0; col < s->rect.col1; col++) {
+            bool south = row & 1, east = col & 1;
+            int64_t first_row = floor_div(row, 2) + south - 2,
+                    first_col = floor_div(col, 2) + east - 2, across[4];
+            for (int k = 0; k < 4; k++) {
+                int64_t h[4];
+                for (int i = 0; i < 4; i++) {
+                    float t =
+                        texel_row(m, s->level - 1,
+                                  first_row + i)[window_texel(first_col + k, m->params.shape.cols)];
+                    assert_true(t == t); // not poisoned
+                    h[i] = llrint((double)t / quantum);
+                }
+                across[k] = between(h, south);
+            }
+            double sum = (double)(between(across, east) + *residual++) * quantum;
+            if (sum == (double)*want++) continue;
+            print_error("level %d row %lld column %lld: the sum is %g\n", s->level, (long long)row,
+                        (long long)col, sum);
+            fail();
+        }
 }
 
 bool model_take(struct model *m, size_t budget)
@@ -48,6 +98,7 @@ bool model_take(struct model *m, size_t budget)
     if (m->count == MODEL_PENDING || !clipmap_next_strip(m->clipmap, budget, &s)) return false;
     check_strip(m, &s);
     assert_true(s.bytes <= budget);
+    if (s.residuals) check_residuals(m, &s);
     for (int64_t row = s.rect.row0; row < s.rect.row1; row++)
         memset(texel_row(m, s.level, row) + s.tex_col, 0xFF, (size_t)s.cols * sizeof(float));
     m->pending[(m->first + m->count++) % MODEL_PENDING] = s;
@@ -87,7 +138,10 @@ static void check_height_row(const struct model *m, int level, const clipmap_lev
     int cols = m->params.shape.cols;
     float want[8192];
     const float *texels = texel_row(m, level, row);
+    double q = quantum_of(s->held.zoom);
     oracle_heights(cols, s->held.zoom, s->held.share, row, s->valid.col0, s->valid.col1, want);
+    for (int64_t i = 0; m->params.residuals && i < s->valid.col1 - s->valid.col0; i++)
+        want[i] = (float)(nearbyint((double)want[i] / q) * q);
     for (int64_t col = s->valid.col0; col < s->valid.col1; col++) {
         float got = texels[window_texel(col, cols)], w = want[col - s->valid.col0];
         if (got == w && s->min <= got && got <= s->max) continue;
@@ -137,6 +191,7 @@ static int64_t check_levels(const struct model *m, int first, int step)
     clipmap_counters(m->clipmap, &c);
     size_t bound = m->params.staging_bytes ? m->params.staging_bytes : (size_t)32 << 20;
     assert_true(c.staging_bytes <= bound);
+    assert_true(m->params.residuals || !c.residuals);
     return samples;
 }
 

@@ -6,7 +6,7 @@
 
 #include "model.h"
 
-static const clipmap_params PARAMS = {LAYER_HEIGHT, {288, 512, 256}, 12, 1.00336, 0, 0};
+static const clipmap_params PARAMS = {LAYER_HEIGHT, {288, 512, 256}, 12, 1.00336, 0, 0, false};
 
 // Frames until the workers have asked for all they can.
 static void settle(struct model *m, double lat, double lon, int last)
@@ -104,18 +104,17 @@ static void recover(struct model *m)
     }
 }
 
-static void stand_ins_are_filled_again(void **state)
+static void check_stand_ins(const clipmap_params *params)
 {
-    (void)state;
     struct model m;
     struct clipmap_counters before, after;
-    model_init(&m, &PARAMS, 2, 64);
+    model_init(&m, params, 2, 64);
     clipmap_move(m.clipmap, 0.8, 0.2, 11);
     model_finish(&m);
     uint64_t right = model_hash(&m, 11);
     assert_false(clipmap_provisional(m.clipmap));
     model_deinit(&m);
-    model_init(&m, &PARAMS, 2, 64);
+    model_init(&m, params, 2, 64);
     fake_pyramid_stand_in(m.pyramid, true);
     clipmap_move(m.clipmap, 0.8, 0.2, 11);
     model_finish(&m);
@@ -143,6 +142,33 @@ static void stand_ins_are_filled_again(void **state)
     model_deinit(&m);
 }
 
+static void stand_ins_are_filled_again(void **state)
+{
+    (void)state;
+    check_stand_ins(&PARAMS);
+}
+
+// Residuals, which the model adds up, are of what will stand: with parents that stand in for it, in
+// the texture or on the worker, there are none.
+static void stand_ins_have_no_residuals(void **state)
+{
+    (void)state;
+    clipmap_params p = PARAMS;
+    p.residuals = true;
+    check_stand_ins(&p);
+    for (int first = 0; first < 2; first++) {
+        struct model m;
+        model_init(&m, &p, 2, 64);
+        fake_pyramid_stand_in(m.pyramid, first == 0);
+        clipmap_move(m.clipmap, 0.8, 0.2, 8);
+        model_finish(&m);
+        fake_pyramid_stand_in(m.pyramid, first == 1);
+        clipmap_move(m.clipmap, 0.83, 0.2, 8); // a few samples of each level
+        model_finish(&m);
+        model_deinit(&m);
+    }
+}
+
 // Dropping everything while tiles are on their way.
 static void destroyed_with_tiles_under_way(void **state)
 {
@@ -166,6 +192,7 @@ int main(void)
         cmocka_unit_test(coarse_levels_come_first),
         cmocka_unit_test(a_turn_gives_up_what_is_stale),
         cmocka_unit_test(stand_ins_are_filled_again),
+        cmocka_unit_test(stand_ins_have_no_residuals),
         cmocka_unit_test(destroyed_with_tiles_under_way),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -8,7 +8,7 @@ static const double PI = 3.14159265358979323846;
 
 static clipmap_params heights(int cols, int levels, size_t staging)
 {
-    return (clipmap_params){LAYER_HEIGHT, {288, cols, 256}, levels, 1.00336, staging, 0};
+    return (clipmap_params){LAYER_HEIGHT, {288, cols, 256}, levels, 1.00336, staging, 0, false};
 }
 
 static int64_t area(window_rect r)
@@ -19,7 +19,7 @@ static int64_t area(window_rect r)
 static void bytes_follow_the_strip_area(void **state)
 {
     (void)state;
-    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0, 0};
+    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0, 0, false};
     struct model m;
     model_init(&m, &p, 2, 64);
     struct check_random r = {3};

@@ -12,7 +12,8 @@ enum { LEVELS = 16, WINDOW = 288 * 512 };
 
 static clipmap_params params(size_t samples_frame)
 {
-    return (clipmap_params){LAYER_HEIGHT, {288, 512, 256}, LEVELS, 1.00336, 0, samples_frame};
+    return (clipmap_params){LAYER_HEIGHT, {288, 512, 256}, LEVELS, 1.00336, 0, samples_frame,
+                            false};
 }
 
 static int finest_of(uint32_t levels)

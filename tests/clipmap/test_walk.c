@@ -83,15 +83,19 @@ static void random_walk(const clipmap_params *params, uint64_t seed, int threads
     }
     model_finish(&m);
     model_check(&m);
-    print_message("%d steps, %d completed, %lld valid samples checked\n", steps, finished,
-                  (long long)looked_at);
+    struct clipmap_counters c;
+    clipmap_counters(m.clipmap, &c);
+    print_message("%d steps, %d completed, %lld valid samples checked; %.2f came as residuals\n",
+                  steps, finished, (long long)looked_at, (double)c.residuals / (double)c.samples);
     assert_true(looked_at > 0 && finished > 0);
+    // Of noise they fit only while the quanta are wide.
+    assert_true(!params->residuals || c.residuals > c.samples / 10);
     model_deinit(&m);
 }
 
 static clipmap_params heights(int cols, int levels, size_t staging)
 {
-    return (clipmap_params){LAYER_HEIGHT, {288, cols, 256}, levels, 1.00336, staging, 0};
+    return (clipmap_params){LAYER_HEIGHT, {288, cols, 256}, levels, 1.00336, staging, 0, false};
 }
 
 static void small_windows(void **state)
@@ -113,14 +117,24 @@ static void tight_staging(void **state)
 static void real_windows(void **state)
 {
     (void)state;
-    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0, 0};
+    clipmap_params p = {LAYER_HEIGHT, window_height_shape(256), 22, 1.00336, 0, 0, false};
     random_walk(&p, 6, 8, STEPS / 10);
+}
+
+static void residuals(void **state)
+{
+    (void)state;
+    clipmap_params p = heights(64, 10, (size_t)1 << 20);
+    p.residuals = true;
+    for (uint64_t seed = 8; seed <= 10; seed++) random_walk(&p, seed, 2, STEPS);
+    p.staging_bytes = 256;
+    random_walk(&p, 11, 2, STEPS / 4);
 }
 
 static void colors(void **state)
 {
     (void)state;
-    clipmap_params p = {LAYER_COLOR, {288, 128, 256}, 6, 1.00336, (size_t)1 << 20, 0};
+    clipmap_params p = {LAYER_COLOR, {288, 128, 256}, 6, 1.00336, (size_t)1 << 20, 0, false};
     random_walk(&p, 7, 2, STEPS / 4);
 }
 
@@ -182,9 +196,13 @@ static void antimeridian_crossing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(small_windows), cmocka_unit_test(tight_staging),
-        cmocka_unit_test(real_windows),  cmocka_unit_test(colors),
-        cmocka_unit_test(pole_crossing), cmocka_unit_test(antimeridian_crossing),
+        cmocka_unit_test(small_windows),
+        cmocka_unit_test(tight_staging),
+        cmocka_unit_test(real_windows),
+        cmocka_unit_test(residuals),
+        cmocka_unit_test(colors),
+        cmocka_unit_test(pole_crossing),
+        cmocka_unit_test(antimeridian_crossing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
