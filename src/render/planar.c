@@ -288,11 +288,11 @@ static void fill_squares(struct planar *p, const geometry_frame *f)
         if (i < p->last)
             finer = planar_region_in_coarser(&p->square[i + 1], &p->square[i], p->active[i + 1]);
         double width = planar_region_transition(p->n, a, finer);
-        double half = (fmax(a.row1 - a.row0, a.column1 - a.column0)) / 2;
+        double begin = planar_region_begin(&p->square[i], a, finer);
         const float viewer[4] = {(float)p->square[i].view_row, (float)p->square[i].view_column,
                                  i == finest ? (float)(1 - share) : 0, i > p->first};
         const float active[4] = {(float)a.row0, (float)a.row1, (float)a.column0, (float)a.column1};
-        const float blend[4] = {(float)(half - width - 1), (float)(1 / width), 0, 0};
+        const float blend[4] = {(float)begin, (float)(1 / width), 0, 0};
         memcpy(b->viewer, viewer, sizeof viewer);
         memcpy(b->active, active, sizeof active);
         memcpy(b->blend, blend, sizeof blend);

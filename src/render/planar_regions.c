@@ -86,6 +86,20 @@ double planar_region_transition(int n, planar_region a, planar_region f)
     return fmax(2, fmin(width, smaller(rows, columns)));
 }
 
+static double farthest(const nest_square *s, planar_region r)
+{
+    double rows = fmax(s->view_row - r.row0, r.row1 - s->view_row),
+           columns = fmax(s->view_column - r.column0, r.column1 - s->view_column);
+    return fmax(rows, columns);
+}
+
+double planar_region_begin(const nest_square *s, planar_region a, planar_region f)
+{
+    double half = larger(a.row1 - a.row0, a.column1 - a.column0) / 2.0;
+    double begin = half - planar_region_transition(s->n, a, f) - 1;
+    return planar_region_empty(f) ? begin : fmax(begin, farthest(s, f));
+}
+
 int planar_region_frame(planar_region a, planar_region f, planar_region out[4])
 {
     if (planar_region_empty(f)) return out[0] = a, !planar_region_empty(a);

@@ -36,6 +36,11 @@ int planar_regions_crop(const nest_square *squares, int first, int last, double 
 // (2004, 6.2). finer: in this level's vertices, may be empty.
 double planar_region_transition(int n, planar_region active, planar_region finer);
 
+// How far from the viewer (in vertices of the square) the transition begins: before the border by
+// its width and what the viewer may be off the middle, and nowhere on the finer region, whose
+// border has this level's heights as they are.
+double planar_region_begin(const nest_square *s, planar_region active, planar_region finer);
+
 // The render region as at most four rectangles of quads; returns their number.
 int planar_region_frame(planar_region active, planar_region finer, planar_region out[4]);
 

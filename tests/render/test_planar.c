@@ -126,8 +126,13 @@ static void test_watertight_2004(void **state)
                               bound = {.planar_form = PERIGEE_PLANAR_2004,
                                        .planar_n = 63,
                                        .planar_triangles = 10000};
+    // Every region but the coarsest as small as can be: the finer level's border is two steps from
+    // the coarser one's.
+    const perigee_view_params least = {.planar_form = PERIGEE_PLANAR_2004,
+                                       .planar_triangles = 1000};
     int met = fly_everywhere("2004, n = 255", &whole, 3 * times, 21);
     met += fly_everywhere("2004, n = 63, 10,000 triangles", &bound, 2 * times, 22);
+    met += fly_everywhere("2004, n = 255, 1,000 triangles", &least, 4 * times, 23);
     assert_true(met > 6);
 }
 

@@ -87,6 +87,12 @@ static void test_constraints(void **state)
             double width = planar_region_transition(n, active[k - 1], up);
             assert_true(width >= 2 && width <= n / 10.0 && width <= up.row0 - active[k - 1].row0 &&
                         width <= active[k - 1].column1 - up.column1);
+            // No corner of the finer region lies where the transition has begun.
+            double begin = planar_region_begin(&squares[k - 1], active[k - 1], up);
+            assert_true(fabs(up.row0 - squares[k - 1].view_row) <= begin);
+            assert_true(fabs(up.row1 - squares[k - 1].view_row) <= begin);
+            assert_true(fabs(up.column0 - squares[k - 1].view_column) <= begin);
+            assert_true(fabs(up.column1 - squares[k - 1].view_column) <= begin);
         }
         check_frame(active[last], (planar_region){0});
     }
@@ -106,6 +112,10 @@ static void test_whole(void **state)
     }
     assert_int_equal(planar_regions_crop(squares, 0, 5, 1, clip, active), 5);
     for (int k = 0; k < 6; k++) assert_true(inside((planar_region){0, 254, 0, 254}, active[k], 0));
+    for (int k = 0; k < 5; k++) {
+        planar_region up = planar_region_in_coarser(&squares[k + 1], &squares[k], active[k + 1]);
+        check_near(planar_region_begin(&squares[k], active[k], up), 127 - 25.5 - 1, 1e-9);
+    }
     // A share of the side, about the middle.
     planar_region half = planar_region_wanted(&squares[0], 0.5);
     assert_int_equal(half.row0 + half.row1, 254);
