@@ -5,37 +5,49 @@
 
 #include "base/memory.h"
 
-// `old` covers every texel as it was when `rewritten` was last empty, `new` all that was written
-// since.
-struct cell {
-    clip_range old, new;
-    uint32_t rewritten;
+// The range of a block: the one that lies `turn` textures east of the map's first column.
+struct block {
+    clip_range range;
+    int32_t turn; // -1: of none
 };
 
-struct clip_bounds {
-    int rows, cells;
-    struct cell *cell; // rows x cells
-    clip_range *row;   // of all cells of a row
+struct row {
+    int64_t row;         // of the map
+    int64_t first, last; // blocks that `range` is of
+    clip_range range;
+    bool known; // `range` is
 };
+
+// Blocks of neighbouring turns, which a window's first and last columns can bring into one cell,
+// have places of their own.
+struct clip_bounds {
+    int rows, cells, share;
+    struct block *block; // rows x cells x 2, by the turn's last bit
+    struct row *row;
+};
+
+static void row_clear(struct clip_bounds *b, int tex_row, int64_t row)
+{
+    struct block *line = b->block + 2 * (size_t)tex_row * (size_t)b->cells;
+    for (int i = 0; i < 2 * b->cells; i++) line[i] = (struct block){CLIP_RANGE_EMPTY, -1};
+    b->row[tex_row] = (struct row){.row = row};
+}
 
 struct clip_bounds *clip_bounds_create(int rows, int cols)
 {
     struct clip_bounds *b = NEW(struct clip_bounds);
     b->rows = rows;
     b->cells = cols / CLIP_CELL;
-    size_t count = (size_t)rows * (size_t)b->cells;
-    b->cell = NEW_ARRAY(struct cell, count);
-    for (size_t i = 0; i < count; i++)
-        b->cell[i] = (struct cell){CLIP_RANGE_EMPTY, CLIP_RANGE_EMPTY, 0};
-    b->row = NEW_ARRAY(clip_range, (size_t)rows);
-    for (int i = 0; i < rows; i++) b->row[i] = CLIP_RANGE_EMPTY;
+    b->block = NEW_ARRAY(struct block, 2 * (size_t)rows * (size_t)b->cells);
+    b->row = NEW_ARRAY(struct row, (size_t)rows);
+    for (int i = 0; i < rows; i++) row_clear(b, i, INT64_MIN);
     return b;
 }
 
 void clip_bounds_destroy(struct clip_bounds **bounds)
 {
     if (!*bounds) return;
-    free((*bounds)->cell);
+    free((*bounds)->block);
     free((*bounds)->row);
     free(*bounds);
     *bounds = NULL;
@@ -77,39 +89,64 @@ void clip_bounds_reduce(const float *samples, int rows, int tex_col, int cols, c
             *out++ = range_of(samples + (col - tex_col), cell_end(col, end) - col);
 }
 
-static void cell_write(struct cell *c, clip_range range, int first, int count)
+static int64_t floor_div(int64_t a, int64_t b)
 {
-    uint32_t texels = (count == CLIP_CELL ? 0 : UINT32_C(1) << count) - 1;
-    c->new = range_join(c->new, range);
-    c->rewritten |= texels << first;
-    if (c->rewritten != UINT32_MAX) return;
-    *c = (struct cell){c->new, CLIP_RANGE_EMPTY, 0};
+    return a / b - (a % b < 0);
 }
 
-static clip_range range_of_cells(const struct cell *cells, int count)
+// Where a block's range has its place in a row; its turn.
+static struct block *place_of(const struct clip_bounds *b, int tex_row, int64_t block,
+                              int32_t *turn)
 {
-    clip_range r = CLIP_RANGE_EMPTY;
-    for (int i = 0; i < count; i++) r = range_join(r, range_join(cells[i].old, cells[i].new));
-    return r;
+    int64_t turns = floor_div(block, b->cells), circle = INT64_C(1) << b->share;
+    *turn = (int32_t)(turns - floor_div(turns, circle) * circle);
+    int64_t cell = block - turns * b->cells;
+    return &b->block[2 * ((size_t)tex_row * (size_t)b->cells + (size_t)cell) + (*turn & 1)];
 }
 
-void clip_bounds_write(struct clip_bounds *b, int tex_row, int rows, int tex_col, int cols,
-                       const clip_range *ranges)
+void clip_bounds_write(struct clip_bounds *b, int share, window_rect rect, const clip_range *ranges,
+                       bool whole)
 {
-    int end = tex_col + cols;
-    for (int row = tex_row; row < tex_row + rows; row++) {
-        struct cell *line = b->cell + (size_t)row * (size_t)b->cells;
-        for (int col = tex_col; col < end; col = cell_end(col, end))
-            cell_write(&line[col / CLIP_CELL], *ranges++, col % CLIP_CELL,
-                       cell_end(col, end) - col);
-        b->row[row] = range_of_cells(line, b->cells);
+    int64_t first = floor_div(rect.col0, CLIP_CELL), last = floor_div(rect.col1 - 1, CLIP_CELL);
+    for (int i = 0; share != b->share && i < b->rows; i++) row_clear(b, i, INT64_MIN);
+    b->share = share;
+    for (int64_t row = rect.row0; row < rect.row1; row++) {
+        int tex_row = window_texel(row, b->rows);
+        if (b->row[tex_row].row != row) row_clear(b, tex_row, row);
+        b->row[tex_row].known = false;
+        for (int64_t k = first; k <= last; k++, ranges++) {
+            int32_t turn;
+            struct block *at = place_of(b, tex_row, k, &turn);
+            bool add = !whole && at->turn == turn;
+            *at = (struct block){add ? range_join(at->range, *ranges) : *ranges, turn};
+        }
     }
 }
 
-clip_range clip_bounds_of(const struct clip_bounds *b, int64_t row0, int64_t row1)
+static clip_range range_of_row(const struct clip_bounds *b, int tex_row, int64_t first,
+                               int64_t last)
 {
     clip_range r = CLIP_RANGE_EMPTY;
-    for (int64_t row = row0; row < row1; row++)
-        r = range_join(r, b->row[window_texel(row, b->rows)]);
+    for (int64_t k = first; k <= last; k++) {
+        int32_t turn;
+        const struct block *at = place_of(b, tex_row, k, &turn);
+        if (at->turn == turn) r = range_join(r, at->range);
+    }
+    return r;
+}
+
+clip_range clip_bounds_of(struct clip_bounds *b, int share, window_rect rect)
+{
+    clip_range r = CLIP_RANGE_EMPTY;
+    int64_t first = floor_div(rect.col0, CLIP_CELL), last = floor_div(rect.col1 - 1, CLIP_CELL);
+    if (share != b->share) return r;
+    for (int64_t row = rect.row0; row < rect.row1; row++) {
+        int tex_row = window_texel(row, b->rows);
+        struct row *line = &b->row[tex_row];
+        if (line->row != row) continue;
+        if (!line->known || line->first != first || line->last != last)
+            *line = (struct row){row, first, last, range_of_row(b, tex_row, first, last), true};
+        r = range_join(r, line->range);
+    }
     return r;
 }

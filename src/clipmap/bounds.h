@@ -1,7 +1,9 @@
-// Bounds of the heights a toroidal texture holds, without a copy of them. A cell is one texture row
-// by 32 columns. Invariant: a cell's range covers all 32 texels, NaN aside; once each of them has
-// been written again, nothing of what was there before is left in it. Inside the clipmap room. Any
-// thread, one at a time.
+// Bounds of the heights a toroidal texture holds, without a copy of them. A block is one row by 32
+// columns of the map, beginning at a multiple of 32; a cell the same of the texture, which holds
+// one block or, where the window begins and ends, parts of two. Invariant: a block's range covers
+// those of its samples that the texture holds and, where it was given so, is that of all 32, so
+// that bounds do not depend on what the window held before. Inside the clipmap room. Any thread,
+// one at a time.
 #ifndef PERIGEE_CLIPMAP_BOUNDS_H
 #define PERIGEE_CLIPMAP_BOUNDS_H
 
@@ -28,12 +30,13 @@ int clip_bounds_cells(int tex_col, int cols);
 // passed over.
 void clip_bounds_reduce(const float *samples, int rows, int tex_col, int cols, clip_range *out);
 
-// The strip of these ranges has been written to the texture.
-void clip_bounds_write(struct clip_bounds *bounds, int tex_row, int rows, int tex_col, int cols,
-                       const clip_range *ranges);
+// A strip of a window with this share, which does not wrap, has been written to the texture.
+// ranges: of its rows, block by block; `whole`: of all 32 samples of a block, not only the strip's.
+void clip_bounds_write(struct clip_bounds *bounds, int share, window_rect rect,
+                       const clip_range *ranges, bool whole);
 
-// Covers the samples of window rows [row0, row1), at most as many as the texture has, at all
-// columns.
-clip_range clip_bounds_of(const struct clip_bounds *bounds, int64_t row0, int64_t row1);
+// Covers what the texture holds of a rectangle of such a window, at most as large as the texture,
+// and no block that has nothing in it.
+clip_range clip_bounds_of(struct clip_bounds *bounds, int share, window_rect rect);
 
 #endif

@@ -173,7 +173,7 @@ static void plan_finish_if_done(struct clipmap *c, struct level *l)
     if (p->again) stand_in_for_next(c, l);
     l->held = p->window;
     l->valid = p->target;
-    if (l->bounds) l->range = clip_bounds_of(l->bounds, l->valid.row0, l->valid.row1);
+    if (l->bounds) l->range = clip_bounds_of(l->bounds, l->held.share, l->valid);
 }
 
 static void plan_cancel(struct clipmap *c, struct level *l)
@@ -423,8 +423,8 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     if (adds) s.residuals = job->residuals + handed;
     s.bytes = derived ? 0 : rows * row_bytes;
     if (l->bounds && !derived)
-        clip_bounds_write(l->bounds, s.tex_row, s.rows, s.tex_col, s.cols,
-                          job->ranges + job->handed * clip_bounds_cells(s.tex_col, s.cols));
+        clip_bounds_write(l->bounds, s.window.share, s.rect,
+                          job->ranges + job->handed * clip_bounds_cells(s.tex_col, s.cols), true);
     job->handed += s.rows;
     c->counters.strips++;
     c->counters.samples += samples;
@@ -447,8 +447,7 @@ void clipmap_uploaded(struct clipmap *c, const clipmap_strip *strip)
     bool orphan = job->state == CLIP_JOB_ORPHAN;
     job->uploaded += strip->rows;
     if (strip->ranges && !orphan)
-        clip_bounds_write(l->bounds, strip->tex_row, strip->rows, strip->tex_col, strip->cols,
-                          strip->ranges);
+        clip_bounds_write(l->bounds, strip->window.share, strip->rect, strip->ranges, false);
     if (job->uploaded < (orphan ? job->handed : (int)(job->rect.row1 - job->rect.row0))) return;
     clip_jobs_release(c->jobs, job);
     if (!orphan) l->plan.live--;

@@ -154,6 +154,40 @@ static void find_residuals(const struct clip_jobs *j, struct clip_job *job)
         clip_residual_find(w->zoom, job->rect, job->samples, job->parents, job->residuals);
 }
 
+// Ranges of a block in which the rectangle has but a part, `cells` blocks in a row of it.
+static status find_block(const struct clip_jobs *j, struct clip_job *job, int64_t col0,
+                         clip_range *first, int cells)
+{
+    const struct clip_jobs_params *p = &j->params;
+    float samples[CLIPMAP_MAX_ROWS * CLIP_CELL];
+    clip_range ranges[CLIPMAP_MAX_ROWS];
+    window_rect r = {job->rect.row0, job->rect.row1, col0, col0 + CLIP_CELL};
+    int rows = (int)(r.row1 - r.row0);
+    double until_s;
+    status s = clipmap_try_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->want,
+                                samples, &until_s);
+    if (s) return s;
+    job->until_s = fmin(job->until_s, until_s);
+    if (job->residuals) clip_residual_round(job->window.zoom, samples, (size_t)rows * CLIP_CELL);
+    clip_bounds_reduce(samples, rows, 0, CLIP_CELL, ranges);
+    for (int i = 0; i < rows; i++) first[i * cells] = ranges[i];
+    return OK;
+}
+
+static status find_ranges(const struct clip_jobs *j, struct clip_job *job)
+{
+    window_rect r = job->rect;
+    int cols = (int)(r.col1 - r.col0), tex_col = window_texel(r.col0, j->params.shape.cols),
+        cells = clip_bounds_cells(tex_col, cols), end = (tex_col + cols) % CLIP_CELL;
+    clip_bounds_reduce(job->samples, (int)(r.row1 - r.row0), tex_col, cols, job->ranges);
+    status s = OK;
+    if (tex_col % CLIP_CELL)
+        s = find_block(j, job, r.col0 - tex_col % CLIP_CELL, job->ranges, cells);
+    if (!s && end && (cells > 1 || tex_col % CLIP_CELL == 0))
+        s = find_block(j, job, r.col1 - end, job->ranges + cells - 1, cells);
+    return s;
+}
+
 // Without the lock.
 static status fill(const struct clip_jobs *j, struct clip_job *job)
 {
@@ -162,10 +196,7 @@ static status fill(const struct clip_jobs *j, struct clip_job *job)
     status s = clipmap_try_fill(p->pyramid, p->layer, &p->shape, &job->window, r, job->want,
                                 job->samples, &job->until_s);
     if (!s && job->residuals) find_residuals(j, job);
-    if (!s && job->ranges)
-        clip_bounds_reduce(job->samples, (int)(r.row1 - r.row0),
-                           window_texel(r.col0, p->shape.cols), (int)(r.col1 - r.col0),
-                           job->ranges);
+    if (!s && job->ranges) s = find_ranges(j, job);
     return s;
 }
 

@@ -31,7 +31,7 @@ struct clip_job {
     window_rect rect;
     void *samples;
     double until_s;       // clock_now_s until which the samples stand
-    clip_range *ranges;   // heights: clip_bounds_reduce of the samples
+    clip_range *ranges;   // heights: of the blocks (bounds.h) in which the rectangle has a part
     int16_t *residuals;   // room for them; NULL: not wanted
     float *parents;       // and for what they are found with
     bool has_residuals;   // of all rows

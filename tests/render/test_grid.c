@@ -2,6 +2,8 @@
 // what it counts, that a view of nothing is nothing.
 #include "render/scene.h"
 
+#include "render/view.h"
+
 static const perigee_camera AIR = {.lat_deg = 46,
                                    .lon_deg = -179.98,
                                    .alt_m = 9000,
@@ -89,6 +91,42 @@ static void test_same_frame_by_any_way(void **state)
     perigee_planet_close(&planet);
 }
 
+// The grid's base follows the bounds of the windows' heights: those too must not remember what the
+// windows held on the way, a few samples beside where they come to rest.
+static void test_same_bounds_by_any_way(void **state)
+{
+    (void)state;
+    enum { N = SCENE_WIDTH * SCENE_HEIGHT, STEPS = 24 };
+    static const double ways[][2] = {{1, 0}, {-0.4, 1}, {0.3, -1}}; // degrees north, east; of 100
+    static float direct[N], travelled[N];
+    perigee_planet *planet = scene_planet();
+    perigee_view_params params = {.mode = PERIGEE_MODE_GRID};
+    perigee_view *a = scene_view(planet, &params), *b = scene_view(planet, &params);
+    scene_render(a, &AIR, SCENE_WIDTH, SCENE_HEIGHT);
+    read_depth(a, direct);
+    for (int way = 0; way < 3; way++) {
+        for (int i = STEPS; i >= 0; i--) {
+            perigee_camera c = AIR;
+            c.lat_deg += 0.01 * i * ways[way][0];
+            c.lon_deg += 0.01 * i * ways[way][1];
+            scene_render(b, &c, i ? 64 : SCENE_WIDTH, i ? 48 : SCENE_HEIGHT);
+        }
+        for (int level = 0; level <= windows_last_height(a->windows); level++) {
+            double low[2], high[2];
+            windows_height_bounds(a->windows, level, &low[0], &high[0]);
+            windows_height_bounds(b->windows, level, &low[1], &high[1]);
+            if (low[0] == low[1] && high[0] == high[1]) continue;
+            fail_msg("way %d, level %d: %.9g to %.9g m, but %.9g to %.9g m directly", way, level,
+                     low[1], high[1], low[0], high[0]);
+        }
+        read_depth(b, travelled);
+        assert_memory_equal(direct, travelled, sizeof direct);
+    }
+    perigee_view_destroy(&a);
+    perigee_view_destroy(&b);
+    perigee_planet_close(&planet);
+}
+
 // Every vertex is placed once when the camera moves and none when it does not; the triangles are
 // always as many, but for a frame of sky, which has none.
 static void test_counts(void **state)
@@ -119,7 +157,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_impossible_grids), cmocka_unit_test(test_inside_the_planet),
-        cmocka_unit_test(test_same_frame_by_any_way), cmocka_unit_test(test_counts)};
+        cmocka_unit_test(test_same_frame_by_any_way), cmocka_unit_test(test_same_bounds_by_any_way),
+        cmocka_unit_test(test_counts)};
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
