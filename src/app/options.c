@@ -177,6 +177,13 @@ static status require(const struct options *o, const char *value, const char *op
     return ERR_ARGUMENT;
 }
 
+static bool has_bounds(const struct options *o)
+{
+    for (int i = 0; i < 4; i++)
+        if (o->bounds_deg[i] != 0) return true;
+    return false;
+}
+
 static status check_import(const struct options *o)
 {
     if (o->earth && o->estimate) {
@@ -186,6 +193,12 @@ static status check_import(const struct options *o)
     if (o->earth && (o->source_count > 0 || o->body_name || o->name || o->attribution)) {
         log_error("import: --earth makes the default Earth and takes no rasters, body, name or "
                   "attribution");
+        return ERR_ARGUMENT;
+    }
+    if (o->earth && (o->codec != CODEC_LOSSLESS || !isnan(o->quantum) || has_bounds(o))) {
+        log_error(
+            "import: --earth has its own codec and covers the globe: no --codec, --quantum or "
+            "--bounds");
         return ERR_ARGUMENT;
     }
     if (!o->earth && (o->bathymetry || o->atlas_dir)) {

@@ -1,4 +1,4 @@
-#include "planet/import.h"
+#include "planet/import_under_way.h"
 
 #include <cpl_vsi.h>
 #include <errno.h>
@@ -14,12 +14,8 @@
 #include "base/memory.h"
 #include "planet/codec_bounded.h"
 #include "planet/codec_grid.h"
-#include "planet/codec_predict.h"
-#include "planet/import_base.h"
 #include "planet/import_blend.h"
 #include "planet/import_border.h"
-#include "planet/import_crew.h"
-#include "planet/import_inputs.h"
 #include "planet/import_sources.h"
 #include "planet/quantum.h"
 
@@ -30,23 +26,6 @@ enum { IMPORT_VERSION = 4, CACHE_BYTES = 512 << 20 };
 // The filter carries what a sample says by FILTER_REACH rows at a zoom, and half of what it was at
 // the zoom before: by less than twice that at any.
 enum { CARRIED_ROWS = 3 };
-
-// One import under way.
-struct import {
-    const import_params *params;
-    const import_input *inputs;
-    raster_grid *grids;
-    int count;
-    plan_bounds bounds;
-    geo_ellipsoid ellipsoid;
-    struct import_base *base; // the planet that is added to; NULL: none
-    struct import_store *store;
-    struct crew *crew;
-    double began_s;
-    uint64_t tiles, samples;
-    double quantum;   // of the heights in the parts
-    double max_error; // of those in the finished file; 0: none
-};
 
 static double now_s(void)
 {
@@ -72,15 +51,7 @@ static uint64_t sum(const struct import *im, uint64_t mine)
     return team ? team->sum(team->user, mine) : mine;
 }
 
-// The inputs of one layer.
-struct layer {
-    enum tile_layer layer;
-    import_input *inputs;
-    raster_grid *grids;
-    int count, max_zoom;
-};
-
-static void layer_init(const struct import *im, enum tile_layer layer, struct layer *out)
+void layer_init(const struct import *im, enum tile_layer layer, struct layer *out)
 {
     *out = (struct layer){.layer = layer,
                           .inputs = NEW_ARRAY(import_input, (size_t)im->count),
@@ -94,32 +65,37 @@ static void layer_init(const struct import *im, enum tile_layer layer, struct la
     }
 }
 
-static void layer_deinit(struct layer *l)
+void layer_deinit(struct layer *l)
 {
     free(l->inputs);
     free(l->grids);
 }
 
-static struct plan_walk *begin_walk(const struct import *im, const struct layer *l, int zoom)
+struct plan_walk *layer_walk(const struct import *im, const struct layer *l, int zoom)
 {
     return plan_walk_begin(l->layer, zoom, l->grids, l->count, &im->bounds,
                            im->base ? CARRIED_ROWS : 0);
 }
 
-static uint64_t count_tiles(const struct import *im, const struct layer *l)
+uint64_t layer_count(const struct import *im, const struct layer *l, int zoom)
 {
     uint64_t n = 0;
-    for (int zoom = 0; zoom <= l->max_zoom; zoom++) {
-        struct plan_walk *walk = begin_walk(im, l, zoom);
-        tile_id id;
-        while (plan_walk_next(walk, &id)) n++;
-        plan_walk_end(&walk);
-    }
+    struct plan_walk *walk = layer_walk(im, l, zoom);
+    tile_id id;
+    while (plan_walk_next(walk, &id)) n++;
+    plan_walk_end(&walk);
     return n;
 }
 
-static struct workshop *make_workshop(const struct import *im, const struct layer *l, int workers,
-                                      struct import_cache *cache)
+static uint64_t count_tiles(const struct import *im, const struct layer *l)
+{
+    uint64_t n = 0;
+    for (int zoom = 0; zoom <= l->max_zoom; zoom++) n += layer_count(im, l, zoom);
+    return n;
+}
+
+struct workshop *layer_workshop(const struct import *im, const struct layer *l, int workers,
+                                struct import_cache *cache)
 {
     return workshop_create(&(workshop_params){.inputs = l->inputs,
                                               .grids = l->grids,
@@ -143,10 +119,10 @@ static status make_layer(struct import *im, enum tile_layer layer)
     if (l.count) {
         uint64_t before = crew_count(im->crew).made;
         struct import_cache *cache = import_cache_create(im->store, CACHE_BYTES);
-        struct workshop *workshop = make_workshop(im, &l, crew_threads(im->crew), cache);
+        struct workshop *workshop = layer_workshop(im, &l, crew_threads(im->crew), cache);
         crew_begin(im->crew, stages[layer], count_tiles(im, &l), workshop);
         for (int zoom = l.max_zoom; !s && zoom >= 0; zoom--) {
-            struct plan_walk *walk = begin_walk(im, &l, zoom);
+            struct plan_walk *walk = layer_walk(im, &l, zoom);
             s = crew_make(im->crew, walk);
             plan_walk_end(&walk);
         }
@@ -326,7 +302,7 @@ static status join(struct import *im, const char *joining)
     struct layer heights;
     fill_meta(im, &meta);
     layer_init(im, LAYER_HEIGHT, &heights);
-    struct workshop *workshop = heights.count ? make_workshop(im, &heights, 1, NULL) : NULL;
+    struct workshop *workshop = heights.count ? layer_workshop(im, &heights, 1, NULL) : NULL;
     import_join j = {.path = joining,
                      .meta = &meta,
                      .border = workshop ? border_create(workshop) : NULL,
@@ -419,8 +395,7 @@ static status open_base(struct import *im)
     return OK;
 }
 
-// The settings checked, the bounds read, the grids of all inputs found.
-static status prepare(struct import *im)
+status import_prepare(struct import *im)
 {
     const import_params *p = im->params;
     im->began_s = now_s();
@@ -465,7 +440,7 @@ status import_inputs(const import_params *p, const import_input *inputs, int cou
     bool checks = count > 0 && is_first(&im) && !p->add;
     status s = checks ? import_check_output(p->output, p->force) : OK;
     s = agree(&im, s);
-    if (!s) s = prepare(&im);
+    if (!s) s = import_prepare(&im);
     s = agree(&im, s);
     if (!s) s = write_planet(&im, made_from);
     import_base_close(&im.base);
@@ -478,108 +453,6 @@ status import_run(const import_params *params)
     import_list list;
     status s = import_list_init(params->sources, params->source_count, &list);
     if (!s) s = import_inputs(params, list.inputs, list.count, NULL);
-    import_list_deinit(&list);
-    return s;
-}
-
-// The estimate
-
-enum { ESTIMATE_TILES = 12 };
-
-static double thread_cpu_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-// A tile above, as far as this one says: means of two rows, and of two columns where it has wider
-// ones. The rest is NaN.
-static void guess_parent(tile_id id, const float *heights, float *parent)
-{
-    bool same = grid_coalesce(id.zoom, id.row) == 2 * grid_coalesce(id.zoom - 1, id.row / 2);
-    int cols = same ? TILE_SIZE : TILE_SIZE / 2;
-    for (int i = 0; i < TILE_SIZE * TILE_SIZE; i++) parent[i] = NAN;
-    parent += id.row % 2 * (TILE_SIZE / 2) * TILE_SIZE + (same ? 0 : id.col % 2 * cols);
-    for (int y = 0; y < TILE_SIZE / 2; y++)
-        for (int x = 0; x < cols; x++) {
-            const float *h = heights + 2 * y * TILE_SIZE + (same ? x : 2 * x);
-            int east = same ? 0 : 1;
-            parent[y * TILE_SIZE + x] = (h[0] + h[east] + h[TILE_SIZE] + h[TILE_SIZE + east]) / 4;
-        }
-}
-
-// Bytes of a tile in the finished file.
-static status final_size(const struct import *im, tile_id id, const made_tile *tile, size_t *out)
-{
-    *out = tile->body.size;
-    if (!(im->max_error > 0) || id.layer != LAYER_HEIGHT || !tile->body.size || !id.zoom) return OK;
-    float *room = malloc(3 * TILE_SIZE * TILE_SIZE * sizeof *room);
-    if (!room) return ERR_MEMORY;
-    float *parent = room + TILE_SIZE * TILE_SIZE, *predicted = parent + TILE_SIZE * TILE_SIZE;
-    codec_blob body = {0};
-    status s = codec_height_decode(tile->body.data, tile->body.size, room);
-    if (!s) guess_parent(id, room, parent);
-    if (!s) predict_tile(id, parent, predicted);
-    if (!s) s = bounded_encode(room, predicted, im->max_error, &body, parent);
-    *out = body.size;
-    codec_blob_deinit(&body);
-    free(room);
-    return s;
-}
-
-// Makes a few tiles of the layer's finest zoom, evenly spread, and takes them for all.
-static status estimate_layer(const struct import *im, const struct layer *l, import_estimate *out)
-{
-    uint64_t all = count_tiles(im, l), finest = 0, bytes = 0, i = 0;
-    tile_id id;
-    struct plan_walk *walk = begin_walk(im, l, l->max_zoom);
-    while (plan_walk_next(walk, &id)) finest++;
-    plan_walk_end(&walk);
-    struct workshop *workshop = make_workshop(im, l, 1, NULL);
-    uint64_t every = finest / ESTIMATE_TILES + 1, looked = 0, stored = 0;
-    status s = OK;
-    double seconds = 0;
-    walk = begin_walk(im, l, l->max_zoom);
-    while (!s && plan_walk_next(walk, &id)) {
-        if (i++ % every != every / 2) continue;
-        double began = thread_cpu_s();
-        made_tile tile;
-        size_t size = 0;
-        s = workshop_make(workshop, 0, id, &tile);
-        if (!s) s = final_size(im, id, &tile, &size);
-        seconds += thread_cpu_s() - began;
-        looked++;
-        stored += tile.body.size > 0;
-        bytes += tile.uniform ? 0 : size;
-        codec_blob_deinit(&tile.body);
-    }
-    plan_walk_end(&walk);
-    workshop_destroy(&workshop);
-    if (s || !looked) return s;
-    double share = (double)stored / (double)looked;
-    out->tiles += (uint64_t)((double)all * share);
-    out->samples += (uint64_t)((double)all * share) * TILE_SIZE * TILE_SIZE;
-    out->bytes += (double)all * ((double)bytes / (double)looked + share * 48); // a row of the table
-    out->core_seconds += (double)all * seconds / (double)looked;
-    return OK;
-}
-
-status import_estimate_run(const import_params *p, import_estimate *out)
-{
-    *out = (import_estimate){0};
-    import_list list;
-    status s = import_list_init(p->sources, p->source_count, &list);
-    struct import im = {.params = p, .inputs = list.inputs, .count = list.count};
-    if (!s) s = prepare(&im);
-    for (int layer = 0; !s && layer < LAYER_COUNT; layer++) {
-        struct layer l;
-        layer_init(&im, (enum tile_layer)layer, &l);
-        if (l.count) s = estimate_layer(&im, &l, out);
-        layer_deinit(&l);
-    }
-    import_base_close(&im.base);
-    free(im.grids);
     import_list_deinit(&list);
     return s;
 }

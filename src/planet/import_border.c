@@ -128,7 +128,7 @@ status border_mend(struct border *b, struct planet_writer *writer, double wider,
     put_ground(b, shown->heights);
     pyramid_release(b->grounds[zoom].pyramid, &shown);
     codec_blob body;
-    s = workshop_encode(b->workshop, row->id, b->heights, &body);
+    s = workshop_encode(b->workshop, 0, row->id, b->heights, &body);
     if (s) return s;
     *mended = true;
     row->body = body;

@@ -120,12 +120,30 @@ static bool is_empty(const float *samples)
     return true;
 }
 
-status workshop_encode(const struct workshop *w, tile_id id, float *heights, codec_blob *out)
+static status encode(const struct workshop *w, struct bench *b, tile_id id, float *planes,
+                     codec_blob *out)
 {
-    double quantum = w->params.quantum;
-    if (quantum == 0) return codec_height_encode(heights, out);
-    return codec_height_encode_grid(heights,
-                                    quantum_exponent(quantum, id.zoom, w->params.ellipsoid.a), out);
+    double quantum = w->params.quantum, radius = w->params.ellipsoid.a;
+    if (id.layer == LAYER_HEIGHT && quantum == 0) return codec_height_encode(planes, out);
+    if (id.layer == LAYER_HEIGHT)
+        return codec_height_encode_grid(planes, quantum_exponent(quantum, id.zoom, radius), out);
+    for (int i = 0; i < SAMPLES; i++)
+        for (int c = 0; c < w->channels; c++)
+            b->pixels[i * w->channels + c] = light_encode(planes[c * SAMPLES + i]);
+    return codec_pixels_encode(b->pixels, w->channels, PIXEL_QUALITY, out);
+}
+
+status workshop_encode(struct workshop *w, int worker, tile_id id, float *planes, codec_blob *out)
+{
+    return encode(w, &w->benches[worker], id, planes, out);
+}
+
+status workshop_look(struct workshop *w, int worker, tile_id id, float *planes, bool *any)
+{
+    struct bench *b = &w->benches[worker];
+    status s = compose_sources(w, b, id, any);
+    if (!s) memcpy(planes, b->tile, (size_t)w->channels * SAMPLES * sizeof *planes);
+    return s;
 }
 
 // A tile without heights of its own, but with children that have some, is stored all the same.
@@ -134,7 +152,7 @@ static status encode_heights(const struct workshop *w, struct bench *b, made_til
     float low = INFINITY, high = -INFINITY;
     bool holes = false;
     if (b->lowest > b->highest && is_empty(b->tile)) return OK;
-    status s = workshop_encode(w, b->parent, b->tile, &out->body);
+    status s = encode(w, b, b->parent, b->tile, &out->body);
     if (s) return s;
     // The range is that of what was stored.
     for (int i = 0; i < SAMPLES; i++) {
@@ -153,12 +171,10 @@ static status encode_heights(const struct workshop *w, struct bench *b, made_til
 
 static status encode_pixels(const struct workshop *w, struct bench *b, made_tile *out)
 {
-    for (int i = 0; i < SAMPLES; i++)
-        for (int c = 0; c < w->channels; c++)
-            b->pixels[i * w->channels + c] = light_encode(b->tile[c * SAMPLES + i]);
+    status s = encode(w, b, b->parent, b->tile, &out->body);
     size_t rest = (size_t)(SAMPLES - 1) * (size_t)w->channels;
     out->uniform = memcmp(b->pixels, b->pixels + w->channels, rest) == 0;
-    return codec_pixels_encode(b->pixels, w->channels, PIXEL_QUALITY, &out->body);
+    return s;
 }
 
 status workshop_make(struct workshop *w, int worker, tile_id id, made_tile *out)

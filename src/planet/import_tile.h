@@ -58,8 +58,11 @@ bool workshop_has_border(const struct workshop *workshop, tile_id id);
 status workshop_below(struct workshop *workshop, int worker, tile_id id, float *shares,
                       float *heights, float *keep, int *zoom);
 
-// A body as workshop_make gives, of heights, which are rounded to their grid.
-status workshop_encode(const struct workshop *workshop, tile_id id, float *heights,
+// What the sources alone give to a tile, whatever is finer; NaN where there is nothing.
+status workshop_look(struct workshop *workshop, int worker, tile_id id, float *planes, bool *any);
+
+// A body as workshop_make gives. Heights are rounded to their grid.
+status workshop_encode(struct workshop *workshop, int worker, tile_id id, float *planes,
                        codec_blob *out);
 
 #endif

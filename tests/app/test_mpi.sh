@@ -1,6 +1,6 @@
 # An import by several processes gives the same file as by one, byte by byte; also when all of them are killed on the way and
 # others go on. With network namespaces, which need rights, the processes stand on two hosts that share a folder.
-# Also of heights within a bound.
+# Also of heights within a bound. Colour lies beside the heights in every one.
 #   usage: test_mpi.sh PERIGEE MPIRUN
 set -euo pipefail
 perigee=$1 mpirun=$2
@@ -26,9 +26,21 @@ grid() { # FILE COLUMNS ROWS WEST SOUTH CELL
 }
 grid "$dir/globe.asc" 2048 1024 -180 -90 0.17578125
 grid "$dir/inset.asc" 600 600 5 40 0.02
-sources=(--height "$dir/globe.asc" "$dir/inset.asc")
+python3 - "$dir/colour" <<'COLOUR'
+import sys
+cols, rows = 1440, 720
+with open(sys.argv[1] + ".ppm", "wb") as f:
+    f.write(b"P6\n%d %d\n255\n" % (cols, rows))
+    for y in range(rows):
+        f.write(bytes(v for x in range(cols) for v in ((x * 7 + y) & 255, (x ^ y) & 255, (x * y >> 6) & 255)))
+srs = open(sys.argv[1].replace("colour", "globe") + ".prj").read()
+open(sys.argv[1] + ".wld", "w").write("0.25 0 0 -0.25 -179.875 89.875".replace(" ", "\n") + "\n")
+open(sys.argv[1] + ".ppm.aux.xml", "w").write(f"<PAMDataset><SRS>{srs}</SRS></PAMDataset>")
+COLOUR
+sources=(--height "$dir/globe.asc" "$dir/inset.asc" --color "$dir/colour.ppm")
 mkdir "$dir"/{one,two,killed,hosts}
 "$perigee" import -q "${sources[@]}" -o "$dir/one/x.planet"
+"$perigee" info "$dir/one/x.planet" | grep -q 'color .* tiles' || { echo "no colour"; exit 1; }
 
 "${launch[@]}" -n 2 "$perigee" import -v "${sources[@]}" -o "$dir/two/x.planet" 2>"$dir/log" || { cat "$dir/log"; exit 1; }
 cmp "$dir/one/x.planet" "$dir/two/x.planet"

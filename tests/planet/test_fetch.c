@@ -89,6 +89,35 @@ static void retry_after_is_kept(void **state)
     fetcher_destroy(&f);
 }
 
+// What is old on disk is asked for by its tag; "the same" brings no body, and the one on disk is
+// given.
+static void the_same_as_before(void **state)
+{
+    (void)state;
+    char dir[] = "fetch-XXXXXX", path[64], command[64];
+    assert_non_null(mkdtemp(dir));
+    snprintf(path, sizeof path, "%s/tiles.db", dir);
+    size_t sizes[3] = {0};
+    for (int run = 0; run < 3; run++) {
+        struct disk_cache *disk;
+        struct fetch_counters c;
+        assert_int_equal(disk_cache_open(path, 1 << 20, &disk), OK);
+        fetch_params params = {.timeout_s = 5, .disk = disk};
+        struct fetcher *f = fetcher_create(&params);
+        assert_int_equal(get(f, "/tag/4/5/6", &sizes[run]), OK);
+        assert_int_equal(sizes[run], sizes[0]);
+        fetch_counters(f, &c);
+        assert_int_equal(c.started, 1);
+        assert_int_equal(c.same, run > 0);
+        assert_true(run == 0 || c.bytes == 0);
+        fetcher_destroy(&f);
+        disk_cache_close(&disk);
+    }
+    assert_int_equal(fault_server_seen("tag"), 3);
+    snprintf(command, sizeof command, "rm -r %s", dir);
+    assert_int_equal(system(command), 0);
+}
+
 // A body in compressed form is not unpacked beyond the bound; wrong bodies are refused once and not
 // fetched again.
 static void bodies_that_are_no_tiles(void **state)
@@ -295,6 +324,7 @@ int main(void)
         cmocka_unit_test(answers),
         cmocka_unit_test(in_flight_is_bounded),
         cmocka_unit_test(retry_after_is_kept),
+        cmocka_unit_test(the_same_as_before),
         cmocka_unit_test(bodies_that_are_no_tiles),
         cmocka_unit_test(tiles_come_from_their_place),
         cmocka_unit_test(cancelled_transfers_stop),
