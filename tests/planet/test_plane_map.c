@@ -15,6 +15,7 @@
 #include "base/log.h"
 #include "planet/source_set.h"
 #include "planet_fixture.h"
+#include "utm_raster.h"
 
 enum { WIDTH = 300, HEIGHT = 202 };
 
@@ -211,6 +212,11 @@ static void test_what_cannot_be(void **state)
     check_refused("local.tif", "in a local reference system");
     write_raster("none.tif", NULL, 500000, 5000000, 30);
     check_refused("none.tif", "no georeference");
+    static const int few[][2] = {{1, 1}, {1, 7}, {5, 1}};
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(utm_raster_write("few.tif", few[i][0], few[i][1]), OK);
+        check_refused("few.tif", "not a map: it has less than 2 x 2 samples");
+    }
     // GeoTIFF has no reference system without a unit.
     GDALDatasetH d = GDALOpen("none.tif", GA_ReadOnly);
     GDALDatasetH unitless =

@@ -15,13 +15,33 @@ void gaps_read(perigee_view *view, struct gaps_frame *f)
     assert_int_equal(perigee_view_read_triangles(view, &triangles), 0);
 }
 
-// Does the ray meet the plane so many metres below the map?
-static bool meets_plane(const double o[3], const double d[3], double metres, double *along)
+// Does the ray meet the plane of so many metres on the map?
+static bool meets_plane(const scene_map *map, const double o[3], const double d[3], double metres)
 {
-    double a = 6378137.0, edge[2] = {a * M_PI, a * M_PI / 2};
-    *along = (-metres - o[0]) / d[0];
-    return *along > 0 && fabs(o[1] + *along * d[1]) < edge[0] &&
-           fabs(o[2] + *along * d[2]) < edge[1];
+    double along = (metres - o[0]) / d[0];
+    return along > 0 && fabs(o[1] + along * d[1]) < map->radius * map->half_lon &&
+           fabs(o[2] + along * d[2]) < map->radius * map->half_lat;
+}
+
+// Does the ray of a point of the picture pass over the map from its highest ground to its lowest?
+static bool falls_on_map(const perigee_camera *c, double x_px, double y_px)
+{
+    double o[3], d[3];
+    const scene_map *map = scene_flat();
+    scene_ray(c, GAPS_WIDTH, GAPS_HEIGHT, x_px, y_px, o, d);
+    bool above =
+        fabs(o[1]) < map->radius * map->half_lon && fabs(o[2]) < map->radius * map->half_lat;
+    return (above || meets_plane(map, o, d, map->height_max + 1)) &&
+           meets_plane(map, o, d, map->height_min - 1);
+}
+
+static bool plane_must_show(const perigee_camera *c, int k, double limb_px)
+{
+    bool all = true;
+    for (int i = 0; i < (limb_px > 0 ? 4 : 1); i++)
+        all = all && falls_on_map(c, k % GAPS_WIDTH + 0.5 + (i % 2 ? limb_px : -limb_px),
+                                  k / GAPS_WIDTH + 0.5 + (i / 2 ? limb_px : -limb_px));
+    return all;
 }
 
 // Does the ray meet the ellipsoid lowered by so many metres? `along`: where it comes closest.
@@ -39,7 +59,6 @@ static bool meets_lowered(const double o[3], const double d[3], double metres, d
 static bool must_show(const perigee_camera *c, const double o[3], const double d[3], double limb_px)
 {
     double along, deep = ANALYTIC_HEIGHT_MAX + 1;
-    if (scene_is_flat()) return meets_plane(o, d, deep, &along);
     if (!meets_lowered(o, d, deep, &along)) return false;
     double pixel = 2 * tan(c->fov_deg * (M_PI / 360)) / GAPS_HEIGHT * along;
     return limb_px == 0 || meets_lowered(o, d, deep + limb_px * pixel, &along);
@@ -48,10 +67,13 @@ static bool must_show(const perigee_camera *c, const double o[3], const double d
 // Does the ray pass over the map no higher than the highest terrain, give or take some metres?
 static bool may_show(const double o[3], const double d[3])
 {
-    double from = 0, to = 1e12, a = 6378137.0;
-    const double half[3] = {ANALYTIC_HEIGHT_MAX + 1, a * M_PI + 1, a * M_PI / 2 + 1};
+    double from = 0, to = 1e12;
+    const scene_map *map = scene_flat();
+    const double east = map->radius * map->half_lon + 1, north = map->radius * map->half_lat + 1;
+    const double low[3] = {map->height_min - 1, -east, -north},
+                 high[3] = {map->height_max + 1, east, north};
     for (int i = 0; i < 3; i++) {
-        double s = (-half[i] - o[i]) / d[i], t = (half[i] - o[i]) / d[i];
+        double s = (low[i] - o[i]) / d[i], t = (high[i] - o[i]) / d[i];
         from = fmax(from, fmin(s, t));
         to = fmin(to, fmax(s, t));
     }
@@ -94,9 +116,10 @@ struct gaps_counts gaps_find(const perigee_camera *c, const struct gaps_frame *f
     for (int k = 0; k < GAPS_PIXELS; k++) {
         double o[3], d[3];
         scene_ray(c, GAPS_WIDTH, GAPS_HEIGHT, k % GAPS_WIDTH + 0.5, k / GAPS_WIDTH + 0.5, o, d);
-        bool inside = must_show(c, o, d, limb_px), sky = isnan(f->z[k]);
+        bool sky = isnan(f->z[k]),
+             inside = scene_flat() ? plane_must_show(c, k, limb_px) : must_show(c, o, d, limb_px);
         n.inside += inside;
-        n.beyond += scene_is_flat() && !sky && !may_show(o, d);
+        n.beyond += scene_flat() && !sky && !may_show(o, d);
         n.background += inside && sky;
         n.cracks += cracked(c, f, k);
         n.unidentified += sky != (f->triangle[k] == 0);

@@ -32,7 +32,8 @@ struct gaps_frame {
 
 struct gaps_counts {
     int inside;       // pixels whose ray meets the ellipsoid lowered beneath the deepest terrain,
-                      // and by what the limb may lie too low
+                      // and by what the limb may lie too low; flat: whose ray passes from the
+                      // highest terrain to the lowest over the map
     int background;   // of those, how many show no planet
     int cracks;       // pixels that show what lies behind ground that their neighbours show
     int beyond;       // flat: pixels that show ground off the map
@@ -42,7 +43,7 @@ struct gaps_counts {
 // Reads the last frame of a view made with `identify`, rendered at the size above.
 void gaps_read(perigee_view *view, struct gaps_frame *frame);
 
-// limb_px: by how many pixels the limb may lie too low.
+// limb_px: by how many pixels the limb may lie too low; flat: the map's edge too far in.
 struct gaps_counts gaps_find(const perigee_camera *camera, const struct gaps_frame *frame,
                              double limb_px);
 

@@ -10,14 +10,17 @@
 
 static const double A = 6378137.0, B = 6356752.314245179;
 static gpu_target target;
-static bool flat;
+static const scene_map *flat;
 
-void scene_set_flat(bool on)
+const scene_map scene_analytic_map = {
+    6378137.0, RAD(90), RAD(180), analytic_height, -ANALYTIC_HEIGHT_MAX, ANALYTIC_HEIGHT_MAX};
+
+void scene_set_flat(const scene_map *map)
 {
-    flat = on;
+    flat = map;
 }
 
-bool scene_is_flat(void)
+const scene_map *scene_flat(void)
 {
     return flat;
 }
@@ -34,7 +37,7 @@ perigee_planet *scene_planet(void)
         assert_int_equal(rename(own, path), 0);
     }
     perigee_planet *planet;
-    perigee_planet_params params = {.no_synthesis = true, .flat = flat};
+    perigee_planet_params params = {.no_synthesis = true, .flat = flat != NULL};
     assert_int_equal(perigee_planet_open(path, &params, &planet), 0);
     return planet;
 }
@@ -76,7 +79,8 @@ void scene_ray(const perigee_camera *c, int width, int height, double x_px, doub
            north[3] = {-sin(lat) * cos(lon), -sin(lat) * sin(lon), cos(lat)};
     double up[3] = {cos(lat) * cos(lon), cos(lat) * sin(lon), sin(lat)};
     if (flat) {
-        const double axes[4][3] = {{c->alt_m, A * lon, A * lat}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+        const double axes[4][3] = {
+            {c->alt_m, flat->radius * lon, flat->radius * lat}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
         memcpy(origin, axes[0], sizeof axes[0]);
         memcpy(east, axes[1], sizeof east);
         memcpy(north, axes[2], sizeof north);
@@ -96,8 +100,8 @@ void scene_ray(const perigee_camera *c, int width, int height, double x_px, doub
 void scene_geodetic(const double p[3], double *lat, double *lon, double *height)
 {
     if (flat) {
-        *lat = p[2] / A;
-        *lon = p[1] / A;
+        *lat = p[2] / flat->radius;
+        *lon = p[1] / flat->radius;
         *height = p[0];
         return;
     }
@@ -117,8 +121,9 @@ static double above_terrain(const double o[3], const double d[3], double t)
     double p[3], lat, lon, height;
     for (int i = 0; i < 3; i++) p[i] = o[i] + t * d[i];
     scene_geodetic(p, &lat, &lon, &height);
-    if (flat && (fabs(lat) > RAD(90) || fabs(lon) > RAD(180))) return NAN;
-    return height - analytic_height(lat, lon);
+    if (!flat) return height - analytic_height(lat, lon);
+    if (fabs(lat) > flat->half_lat || fabs(lon) > flat->half_lon) return NAN;
+    return height - flat->height(lat, lon);
 }
 
 double scene_trace(const double o[3], const double d[3])
@@ -129,7 +134,7 @@ double scene_trace(const double o[3], const double d[3])
         if (isnan(clear)) return NAN;
         if (clear <= 0) break;
         t += step;
-        // The field's slope is far below 0.1, so a step of half the clearance cannot cross it.
+        // The field's slope is below 1, so a step of half the clearance cannot cross it.
         step = fmax(0.5 * clear, 0.5);
         if (clear > 2e8 || t > 1e9) return NAN;
         if (i == 19999) return NAN;

@@ -11,10 +11,19 @@
 
 enum { SCENE_WIDTH = 320, SCENE_HEIGHT = 240 };
 
-// From here on the planets opened are the map as a plane, and what follows speaks of that: x up, y
-// east, z north of longitude and latitude 0, latitudes and longitudes times the equator's radius.
-void scene_set_flat(bool flat);
-bool scene_is_flat(void);
+// A map as a plane: x up, y east, z north of its latitude and longitude 0, which are metres over
+// `radius`.
+typedef struct scene_map {
+    double radius, half_lat, half_lon;        // m; rad
+    double (*height)(double lat, double lon); // its slope below 1
+    double height_min, height_max;            // m
+} scene_map;
+
+// From here on the planets opened are flat, and what follows speaks of that map; the other one is
+// the whole map of the analytic planet. NULL, at first: the globe.
+void scene_set_flat(const scene_map *map);
+extern const scene_map scene_analytic_map;
+const scene_map *scene_flat(void);
 
 // The analytic planet (made once a process tree: reused when it exists) opened; fails the test when
 // it cannot be.
@@ -37,8 +46,8 @@ void scene_ray(const perigee_camera *camera, int width, int height, double x_px,
 // iteration.
 void scene_geodetic(const double ecef[3], double *lat, double *lon, double *height);
 
-// Distance along the ray (in units of `direction`) to the analytic terrain, NaN for sky and, flat,
-// off the map: marching, then bisection.
+// Distance along the ray (in units of `direction`) to the terrain, NaN for sky and, flat, off the
+// map: marching, then bisection.
 double scene_trace(const double origin[3], const double direction[3]);
 
 // sRGB encoding of linear light, 0 to 255: what a screen is given.

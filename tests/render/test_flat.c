@@ -1,13 +1,20 @@
-// The map of longitude and latitude as a plane, in every mode: no hole, no crack and nothing off
-// the map over flights across it and along its edges; every point on its pixel's ray and at the
-// height of the terrain. An argument multiplies the number of flights.
+// The map as a plane, in every mode: that of longitude and latitude, and that of a projected raster
+// as it is. No hole, no crack and nothing off the map over flights across it and along its edges,
+// with data that is late too, and in fields of view from the least to the most; every point on its
+// pixel's ray and at the height of the terrain; rasters of a few samples; cameras in places where
+// there is no map. An argument multiplies the number of flights.
 //
-// Fails when broken: what lies beyond the map not discarded (watertight, accuracy); latitudes of
-// the heights stretched by 2 % about the focus (accuracy). Not seen: by 0.02 %; cells nearer than
-// they are to the horizon's test.
+// Fails when broken: what lies beyond the map not discarded (watertight, accuracy); two metres more
+// than that discarded (raster_watertight, small_rasters); latitudes of the heights stretched by 2 %
+// about the focus (accuracy); the raster laid half a sample aside (raster_accuracy, small_rasters,
+// lies_at_its_place). Not seen: by 0.02 %; cells nearer than they are to the horizon's test.
 #include "render/gaps.h"
 
-static const double RAD = M_PI / 180, A = 6378137.0;
+#include "utm_raster.h"
+
+#define RASTER "utm.tif"
+
+static const double RAD = M_PI / 180;
 
 static int times = 1;
 static struct gaps_frame seen;
@@ -32,14 +39,63 @@ static perigee_view *view_of(perigee_planet *planet, int mode)
     return scene_view(planet, &params);
 }
 
-static double ground(const perigee_camera *c)
+// The raster's map: metres over the radius that its planet says.
+static scene_map raster_map;
+
+static double raster_height(double lat, double lon)
 {
-    return analytic_height(c->lat_deg * RAD, c->lon_deg * RAD);
+    return utm_raster_height(raster_map.radius * lon, raster_map.radius * lat);
 }
 
-static int check_gaps(const char *what, int frame, const perigee_camera *c)
+static perigee_planet *open_raster(const char *path)
 {
-    struct gaps_counts n = gaps_find(c, &seen, 0);
+    perigee_planet *planet;
+    perigee_planet_info info;
+    perigee_planet_params params = {.no_synthesis = true, .flat = true};
+    assert_int_equal(perigee_planet_open(path, &params, &planet), 0);
+    perigee_planet_get_info(planet, &info);
+    assert_true(info.map_projected);
+    raster_map = (scene_map){info.equatorial_radius_m, RAD * info.map_north_deg,
+                             RAD * info.map_east_deg,  raster_height,
+                             UTM_RASTER_LOW,           UTM_RASTER_HIGH};
+    scene_set_flat(&raster_map);
+    return planet;
+}
+
+static perigee_planet *open_longitudes(void)
+{
+    scene_set_flat(&scene_analytic_map);
+    return scene_planet();
+}
+
+static perigee_planet *open_utm(void)
+{
+    assert_int_equal(utm_raster_write(RASTER, 300, 202), 0);
+    return open_raster(RASTER);
+}
+
+static double ground(const perigee_camera *c)
+{
+    return scene_flat()->height(c->lat_deg * RAD, c->lon_deg * RAD);
+}
+
+// By metres east and north of the map's middle and above the ground there.
+static perigee_camera camera_at(double east, double north, double above, double heading_deg,
+                                double pitch_deg, double fov_deg)
+{
+    const scene_map *m = scene_flat();
+    perigee_camera c = {.lat_deg = north / m->radius / RAD,
+                        .lon_deg = east / m->radius / RAD,
+                        .heading_deg = heading_deg,
+                        .pitch_deg = pitch_deg,
+                        .fov_deg = fov_deg};
+    c.alt_m = ground(&c) + above;
+    return c;
+}
+
+static int check_gaps(const char *what, int frame, const perigee_camera *c, double edge_px)
+{
+    struct gaps_counts n = gaps_find(c, &seen, edge_px);
     if (n.background + n.cracks + n.beyond + n.unidentified)
         fail_msg("%s %d: lat %.9g lon %.9g alt %.9g heading %g pitch %g: %d background pixels, %d "
                  "cracks, %d off the map, %d without an identifier",
@@ -48,64 +104,126 @@ static int check_gaps(const char *what, int frame, const perigee_camera *c)
     return n.inside;
 }
 
+// With what happens to be there of a new place. Near the ground late data may lie above the camera.
+// Ground of which nothing is known yet lies at height 0.
+static bool check_late(perigee_view *view, const char *what, int frame, const perigee_camera *c,
+                       double above)
+{
+    const scene_map *map = scene_flat();
+    scene_map unknown = *map;
+    unknown.height_min = fmin(map->height_min, 0);
+    scene_bind(GAPS_WIDTH, GAPS_HEIGHT);
+    assert_int_equal(perigee_view_set_camera(view, c), 0);
+    assert_int_equal(perigee_view_render(view, GAPS_WIDTH, GAPS_HEIGHT), 0);
+    gaps_read(view, &seen);
+    scene_set_flat(&unknown);
+    if (above > 500) check_gaps(what, frame, c, 0);
+    scene_set_flat(map);
+    return seen.late;
+}
+
 // Every other flight begins at an edge of the map or, now and then, at a corner.
 static perigee_camera random_camera(struct check_random *r, int i, double *above)
 {
-    perigee_camera c = {.lat_deg = check_random_range(r, -89, 89),
-                        .lon_deg = check_random_range(r, -179, 179),
+    const scene_map *m = scene_flat();
+    double north = m->half_lat / RAD, east = m->half_lon / RAD;
+    perigee_camera c = {.lat_deg = north * check_random_range(r, -0.99, 0.99),
+                        .lon_deg = east * check_random_range(r, -0.99, 0.99),
                         .heading_deg = check_random_range(r, 0, 360),
                         .pitch_deg = check_random_range(r, -90, 0),
                         .fov_deg = check_random_range(r, 46, 100)};
-    if (i % 2) c.lon_deg = i % 4 == 1 ? 179.99 : -179.99;
-    if (i % 6 == 1) c.lat_deg = 89.9;
-    if (i % 6 == 4) c.lat_deg = -89.99;
-    *above = pow(10, check_random_range(r, 0.7, 7));
+    if (i % 2) c.lon_deg = i % 4 == 1 ? 0.9999 * east : -0.9999 * east;
+    if (i % 6 == 1) c.lat_deg = 0.999 * north;
+    if (i % 6 == 4) c.lat_deg = -0.9999 * north;
+    *above = pow(10, check_random_range(r, 0.7, log10(0.5 * m->radius * m->half_lon)));
     c.alt_m = ground(&c) + *above;
     return c;
 }
 
 static bool fly_on(perigee_camera *c, double *above)
 {
-    double step = 0.1 * *above / A / RAD, turn = c->heading_deg * RAD;
+    const scene_map *m = scene_flat();
+    double step = 0.1 * *above / m->radius / RAD, turn = c->heading_deg * RAD;
     c->lat_deg += step * cos(turn);
     c->lon_deg += step * sin(turn);
     c->heading_deg += 11;
     *above *= 0.9;
+    if (!(fabs(c->lat_deg) * RAD < m->half_lat && fabs(c->lon_deg) * RAD < m->half_lon))
+        return false;
     c->alt_m = ground(c) + *above;
-    return fabs(c->lat_deg) < 90 && fabs(c->lon_deg) < 180;
+    return true;
+}
+
+static void fly(perigee_planet *planet, const char *map, int mode, int flights)
+{
+    enum { FRAMES = 4 };
+    perigee_view *view = view_of(planet, mode);
+    struct check_random r = {17};
+    int frames = 0, edges = 0, inside = 0, met = 0, late = 0;
+    for (int i = 0; i < flights; i++) {
+        double above;
+        perigee_camera c = random_camera(&r, i, &above);
+        late += check_late(view, modes[mode].name, FRAMES * i, &c, above);
+        for (int k = 0; k < FRAMES; k++) {
+            scene_render(view, &c, GAPS_WIDTH, GAPS_HEIGHT);
+            gaps_read(view, &seen);
+            int here = check_gaps(modes[mode].name, FRAMES * i + k, &c, 0);
+            inside += here;
+            edges += here > 100 && here < GAPS_PIXELS - 100;
+            met += gaps_met(&seen, GAPS_LEVEL) > 0;
+            frames++;
+            if (!fly_on(&c, &above)) break;
+        }
+    }
+    print_message("%s, %s: %d frames, %d begun late, no hole, %d with an edge of the map or its "
+                  "horizon, %d with a level border in the middle\n",
+                  map, modes[mode].name, frames, late, edges, met);
+    assert_true(edges >= 6 && inside > 6 * GAPS_PIXELS);
+    assert_true(met > 2 || mode == MODES - 1);
+    assert_true(late > 0);
+    perigee_view_destroy(&view);
 }
 
 static void test_watertight(void **state)
 {
     (void)state;
-    enum { FRAMES = 4 };
-    perigee_planet *planet = scene_planet();
-    for (int mode = 0; mode < MODES; mode++) {
-        perigee_view *view = view_of(planet, mode);
-        struct check_random r = {17};
-        int frames = 0, edges = 0, inside = 0, met = 0;
-        for (int i = 0; i < 6 * times; i++) {
-            double above;
-            perigee_camera c = random_camera(&r, i, &above);
-            for (int k = 0; k < FRAMES; k++) {
+    perigee_planet *planet = open_longitudes();
+    for (int mode = 0; mode < MODES; mode++) fly(planet, "longitudes", mode, 6 * times);
+    perigee_planet_close(&planet);
+}
+
+static void test_raster_watertight(void **state)
+{
+    (void)state;
+    perigee_planet *planet = open_utm();
+    for (int mode = 0; mode < MODES; mode++) fly(planet, "utm", mode, 6 * times);
+    perigee_planet_close(&planet);
+}
+
+// From a hundredth of a degree to 179, where the map is a few pixels large and its edges are right
+// to half of one.
+static void test_fields_of_view(void **state)
+{
+    (void)state;
+    static const double fovs[] = {0.01, 5, 130, 179};
+    for (int map = 0; map < 2; map++) {
+        perigee_planet *planet = map ? open_utm() : open_longitudes();
+        double size = scene_flat()->radius * scene_flat()->half_lat;
+        for (int mode = 0; mode < MODES; mode++) {
+            perigee_view *view = view_of(planet, mode);
+            int inside = 0;
+            for (int i = 0; i < 8; i++) {
+                perigee_camera c = camera_at(0.3 * size, -0.4 * size, i < 4 ? 50 : 0.3 * size, 20,
+                                             i < 4 ? -20 : -60, fovs[i % 4]);
                 scene_render(view, &c, GAPS_WIDTH, GAPS_HEIGHT);
                 gaps_read(view, &seen);
-                int here = check_gaps(modes[mode].name, FRAMES * i + k, &c);
-                inside += here;
-                edges += here > 100 && here < GAPS_PIXELS - 100;
-                met += gaps_met(&seen, GAPS_LEVEL) > 0;
-                frames++;
-                if (!fly_on(&c, &above)) break;
+                inside += check_gaps(modes[mode].name, i, &c, fovs[i % 4] > 170 ? 0.5 : 0);
             }
+            assert_true(inside > 5 * GAPS_PIXELS);
+            perigee_view_destroy(&view);
         }
-        print_message("%s: %d frames, no hole, %d with an edge of the map or its horizon, %d with "
-                      "a level border in the middle\n",
-                      modes[mode].name, frames, edges, met);
-        assert_true(edges >= 6 && inside > 6 * GAPS_PIXELS);
-        assert_true(met > 2 || mode == MODES - 1);
-        perigee_view_destroy(&view);
+        perigee_planet_close(&planet);
     }
-    perigee_planet_close(&planet);
 }
 
 static const perigee_camera views[] = {
@@ -162,11 +280,12 @@ static struct errors errors_of(const perigee_camera *c, const perigee_planes *pl
         if (isnan(z)) continue;
         scene_ray(c, width, height, k % width + 0.5, k / width + 0.5, o, d);
         double lat = planes->lat_deg[k] * RAD, lon = planes->lon_deg[k] * RAD;
-        double at[3] = {planes->height_m[k], A * lon, A * lat};
+        double at[3] = {planes->height_m[k], scene_flat()->radius * lon,
+                        scene_flat()->radius * lat};
         double off = 0;
         for (int i = 0; i < 3; i++) off += pow(at[i] - o[i] - z * d[i], 2);
         e.off_ray_px = fmax(e.off_ray_px, sqrt(off) / (pixel * z));
-        heights[e.ground++] = fabs(at[0] - analytic_height(lat, lon)) / (pixel * z);
+        heights[e.ground++] = fabs(at[0] - scene_flat()->height(lat, lon)) / (pixel * z);
     }
     if (e.ground) {
         qsort(heights, (size_t)e.ground, sizeof *heights, ascending);
@@ -176,30 +295,56 @@ static struct errors errors_of(const perigee_camera *c, const perigee_planes *pl
     return e;
 }
 
-static void test_accuracy(void **state)
+static struct errors measure(perigee_planet *planet, const char *map, int mode,
+                             const perigee_camera *cameras, int count)
 {
-    (void)state;
     enum { W = SCENE_WIDTH, H = SCENE_HEIGHT };
     static float z[W * H], h[W * H];
     static double lat[W * H], lon[W * H];
     perigee_planes planes = {.z_m = z, .height_m = h, .lat_deg = lat, .lon_deg = lon};
-    perigee_planet *planet = scene_planet();
+    perigee_view *view = view_of(planet, mode);
+    struct errors worst = {0};
+    for (int i = 0; i < count; i++) {
+        scene_render(view, &cameras[i], W, H);
+        assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+        struct errors e = errors_of(&cameras[i], &planes, W, H);
+        assert_true(e.ground > W * H / 20);
+        print_message("%s, %s %d: %d ground, %.2g px off the ray, height %.3g px (99.9 %%)\n", map,
+                      modes[mode].name, i, e.ground, e.off_ray_px, e.height_px);
+        worst.height_px = fmax(worst.height_px, e.height_px);
+        worst.off_ray_px = fmax(worst.off_ray_px, e.off_ray_px);
+    }
+    perigee_view_destroy(&view);
+    return worst;
+}
+
+static void test_accuracy(void **state)
+{
+    (void)state;
+    perigee_planet *planet = open_longitudes();
     for (int mode = 0; mode < MODES; mode++) {
-        perigee_view *view = view_of(planet, mode);
-        double worst = 0, off = 0;
-        for (int i = 0; i < VIEWS; i++) {
-            scene_render(view, &views[i], W, H);
-            assert_int_equal(perigee_view_read_planes(view, &planes), 0);
-            struct errors e = errors_of(&views[i], &planes, W, H);
-            assert_true(e.ground > W * H / 20);
-            print_message("%s %d: %d ground, %.2g px off the ray, height %.3g px (99.9 %%)\n",
-                          modes[mode].name, i, e.ground, e.off_ray_px, e.height_px);
-            worst = fmax(worst, e.height_px);
-            off = fmax(off, e.off_ray_px);
-        }
-        assert_true(off <= 1e-2);
-        assert_true(worst <= 0.01);
-        perigee_view_destroy(&view);
+        struct errors worst = measure(planet, "longitudes", mode, views, VIEWS);
+        assert_true(worst.off_ray_px <= 1e-2);
+        assert_true(worst.height_px <= 0.01);
+    }
+    perigee_planet_close(&planet);
+}
+
+static void test_raster_accuracy(void **state)
+{
+    (void)state;
+    perigee_planet *planet = open_utm();
+    const perigee_camera cameras[] = {
+        camera_at(0, 0, 8000, 0, -90, 60),        camera_at(-1500, -2000, 1500, 30, -25, 60),
+        camera_at(4000, 100, 300, -80, -8, 70),   camera_at(500, 2900, 60, 190, -5, 60),
+        camera_at(-4400, -2900, 10, 45, -10, 60), camera_at(2000, -2500, 800, -30, -12, 4),
+    };
+    const double bars[MODES] = {1, 1.6, 1.6, 2.5};
+    for (int mode = 0; mode < MODES; mode++) {
+        struct errors worst =
+            measure(planet, "utm", mode, cameras, sizeof cameras / sizeof *cameras);
+        assert_true(worst.off_ray_px <= 1e-2);
+        assert_true(worst.height_px <= bars[mode]);
     }
     perigee_planet_close(&planet);
 }
@@ -208,11 +353,97 @@ static void test_accuracy(void **state)
 static void test_camera_under_the_plane(void **state)
 {
     (void)state;
-    perigee_planet *planet = scene_planet();
+    perigee_planet *planet = open_longitudes();
     perigee_view *view = view_of(planet, 0);
     perigee_camera c = {.lat_deg = 10, .alt_m = -4e6, .pitch_deg = 20, .fov_deg = 60};
     assert_int_not_equal(perigee_view_set_camera(view, &c), 0);
     assert_non_null(strstr(perigee_last_error(), "impossible camera: altitude in metres -4e+06"));
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+static perigee_planet *small;
+
+// Below the samples the store's heights are smooth, so not bilinear.
+static double small_height(double lat, double lon)
+{
+    double h;
+    assert_int_equal(perigee_planet_height(small, lat / RAD, lon / RAD, &h), 0);
+    return h;
+}
+
+// The map's heights are the samples' to a tenth of the steepest step from one to the next.
+static void take_small_map(int width, int height)
+{
+    double low = INFINITY, high = -INFINITY;
+    for (int row = -(height / 2); row < height / 2; row++)
+        for (int col = -(width / 2); col < width / 2; col++) {
+            double east = UTM_RASTER_STEP * (col + 0.5), north = UTM_RASTER_STEP * (row + 0.5),
+                   want = utm_raster_height(east, north);
+            check_near(small_height(north / raster_map.radius, east / raster_map.radius), want,
+                       0.8);
+            low = fmin(low, want);
+            high = fmax(high, want);
+        }
+    raster_map.height = small_height;
+    raster_map.height_min = low - 1;
+    raster_map.height_max = high + 1;
+}
+
+// Rasters smaller than any level, from above and from beside them. Of an odd number of samples the
+// map has one less.
+static void test_small_rasters(void **state)
+{
+    (void)state;
+    static const int sizes[][2] = {{2, 3}, {17, 5}};
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(utm_raster_write(RASTER, sizes[i][0], sizes[i][1]), 0);
+        perigee_planet *planet = small = open_raster(RASTER);
+        take_small_map(sizes[i][0], sizes[i][1]);
+        double east = raster_map.radius * raster_map.half_lon;
+        check_near(east, UTM_RASTER_STEP * (sizes[i][0] / 2 - 0.5), 1e-6);
+        const perigee_camera cameras[] = {camera_at(0, 0, 2 * east, 0, -90, 60),
+                                          camera_at(-1.3 * east, 0, east, 90, -50, 60)};
+        for (int mode = 0; mode < MODES; mode++) {
+            struct errors worst = measure(planet, "small", mode, cameras, 2);
+            assert_true(worst.off_ray_px <= 1e-2 && worst.height_px <= 0.2);
+            perigee_view *view = view_of(planet, mode);
+            for (int k = 0; k < 2; k++) {
+                scene_render(view, &cameras[k], GAPS_WIDTH, GAPS_HEIGHT);
+                gaps_read(view, &seen);
+                assert_true(check_gaps(modes[mode].name, k, &cameras[k], 0) > GAPS_PIXELS / 20);
+            }
+            perigee_view_destroy(&view);
+        }
+        perigee_planet_close(&planet);
+    }
+    assert_int_equal(utm_raster_write(RASTER, 1, 1), 0);
+    perigee_planet *none;
+    perigee_planet_params flat = {.flat = true};
+    assert_int_not_equal(perigee_planet_open(RASTER, &flat, &none), 0);
+    assert_non_null(strstr(perigee_last_error(), RASTER ": not a map: it has less than 2 x 2"));
+}
+
+// Where the system has it: 45 N 9 E at its corner of four samples, and back.
+static void test_raster_lies_at_its_place(void **state)
+{
+    (void)state;
+    enum { W = 41, H = 31, MIDDLE = H / 2 * W + W / 2 };
+    static float z[W * H], h[W * H];
+    static double lat[W * H], lon[W * H];
+    perigee_planes planes = {.z_m = z, .height_m = h, .lat_deg = lat, .lon_deg = lon};
+    perigee_planet *planet = open_utm();
+    perigee_view *view = view_of(planet, 0);
+    perigee_camera c = {.lat_deg = 45, .lon_deg = 9, .alt_m = 2000, .pitch_deg = -90};
+    assert_int_equal(perigee_planet_map_place(planet, &c.lat_deg, &c.lon_deg), 0);
+    scene_render(view, &c, W, H);
+    assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+    perigee_planet_geographic(planet, W * H, lat, lon);
+    check_near(lat[MIDDLE], 45, 1e-8);
+    check_near(lon[MIDDLE], 9, 1e-8);
+    check_near(h[MIDDLE], utm_raster_height(0, 0), 0.05);
+    check_near(z[MIDDLE], 2000 - utm_raster_height(0, 0), 0.05);
+    assert_true(lat[MIDDLE - W] > 45 && lon[MIDDLE + 1] > 9);
     perigee_view_destroy(&view);
     perigee_planet_close(&planet);
 }
@@ -224,8 +455,12 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_watertight),
         cmocka_unit_test(test_accuracy),
         cmocka_unit_test(test_camera_under_the_plane),
+        cmocka_unit_test(test_raster_watertight),
+        cmocka_unit_test(test_raster_accuracy),
+        cmocka_unit_test(test_fields_of_view),
+        cmocka_unit_test(test_small_rasters),
+        cmocka_unit_test(test_raster_lies_at_its_place),
     };
-    scene_set_flat(true);
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
 }
