@@ -86,6 +86,10 @@ PERIGEE_API perigee_status perigee_planet_map_place(perigee_planet *planet, doub
                                                     double *lon_deg);
 PERIGEE_API void perigee_planet_geographic(perigee_planet *planet, int count, double *lat_deg,
                                            double *lon_deg);
+// The same places as northing and easting, in place: coordinates of the raster's reference system
+// in its own units. Without a projected raster nothing is changed.
+PERIGEE_API void perigee_planet_map_coordinates(const perigee_planet *planet, int count,
+                                                double *lat_deg, double *lon_deg);
 PERIGEE_API void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *out);
 // Terrain height above the ellipsoid, as rendered at the finest level. Reads tiles: may wait for
 // the disk.

@@ -105,6 +105,7 @@ static status compare_frame(struct contest *c, int frame)
         s = compare_side_judge(&c->sides[0], &c->sides[1], &c->stage, &row->camera, &c->maps,
                                &row->result);
     if (s) return s;
+    compare_side_tell(&c->sides[1], &c->stage, row);
     c->done = frame + 1;
     compare_side_zooms(&c->sides[1], &row->zoom_low, &row->zoom_high);
     return compare_output_row(&c->stage, &c->head, c->sides, row, &c->maps, &c->worst);

@@ -95,7 +95,7 @@ static status render_frame(struct film *film, int frame, const char *path)
     struct image_text texts[SESSION_TEXTS];
     int count = session_texts(session, &camera, line, texts);
     s = image_png_write(path, film->width, film->height, film->rgb, texts, count);
-    if (!s && !cast) stats_file_add(&film->stats, session->view, frame, time_s, &camera);
+    if (!s && !cast) stats_file_add(&film->stats, session, frame, time_s, &camera);
     return s;
 }
 

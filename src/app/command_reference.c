@@ -89,7 +89,7 @@ static status write_exr(struct trial *t)
     const struct options *o = t->session.options;
     size_t n = (size_t)t->width * (size_t)t->height;
     float *f = plane_memory(t, 9 * sizeof *f);
-    double *d = f ? plane_memory(t, 2 * sizeof *d) : NULL;
+    double *d = f ? plane_memory(t, 2 * sizeof *d) : NULL, *coordinates = NULL;
     status s = f && d ? OK : ERR_MEMORY;
     if (!s) {
         reference_planes planes = {.r = f,
@@ -124,11 +124,14 @@ static status write_exr(struct trial *t)
         s = finish(t, reference_render(&params, &planes));
         name_zoom(t, zoom);
         if (!s)
-            perigee_planet_geographic(t->session.planet, (int)n, planes.lat_deg, planes.lon_deg);
+            s = session_tell_places(&t->session, n, planes.lat_deg, planes.lon_deg, &coordinates);
+        image.easting = coordinates;
+        image.northing = coordinates ? coordinates + n : NULL;
         if (!s) s = image_exr_write(o->output, &image);
     }
     free(f);
     free(d);
+    free(coordinates);
     return s;
 }
 

@@ -59,7 +59,7 @@ static status write_exr(struct shot *shot)
 {
     size_t pixels = (size_t)shot->width * (size_t)shot->height;
     float *f = picture_memory(shot, 6 * sizeof(float));
-    double *d = picture_memory(shot, 2 * sizeof(double));
+    double *d = picture_memory(shot, 2 * sizeof(double)), *coordinates = NULL;
     status s = f && d ? render_to_target(shot) : ERR_MEMORY;
     if (!s) {
         perigee_planes planes = {.r = f,
@@ -80,12 +80,15 @@ static status write_exr(struct shot *shot)
                            .attribution = shot->session.info.attribution};
         s = (status)perigee_view_read_planes(shot->session.view, &planes);
         if (!s)
-            perigee_planet_geographic(shot->session.planet, (int)pixels, planes.lat_deg,
-                                      planes.lon_deg);
+            s = session_tell_places(&shot->session, pixels, planes.lat_deg, planes.lon_deg,
+                                    &coordinates);
+        image.easting = coordinates;
+        image.northing = coordinates ? coordinates + pixels : NULL;
         if (!s) s = image_exr_write(o->output, &image);
     }
     free(f);
     free(d);
+    free(coordinates);
     return s;
 }
 
@@ -99,7 +102,7 @@ static status render_shot(struct shot *shot, bool exr, struct stats_file *stats)
     status waited = session_wait(session, shot->width, shot->height);
     if (waited && waited != ERR_TIMEOUT) return waited;
     s = exr ? write_exr(shot) : write_png(shot);
-    if (!s) stats_file_add(stats, session->view, 0, 0, &shot->camera);
+    if (!s) stats_file_add(stats, session, 0, 0, &shot->camera);
     return s ? s : waited;
 }
 

@@ -214,6 +214,7 @@ static status judge_place(struct contest *c, int i, const compare_place *place)
         memcpy(row->view, place->name, sizeof row->view);
         s = judge_mode(c, k, &place->camera, &c->before[k], &row->row.result, &row->bytes_filled);
         if (s) return s;
+        compare_side_tell(judge_of(c), &c->stage, &row->row);
         fill_row(c, k, row);
         compare_side_zooms(judge_of(c), &row->row.zoom_low, &row->row.zoom_high);
     }

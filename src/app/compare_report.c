@@ -158,6 +158,8 @@ static const struct {
     {"pitch", offsetof(compare_row, camera.pitch_deg)},
     {"roll", offsetof(compare_row, camera.roll_deg)},
     {"fov", offsetof(compare_row, camera.fov_deg)},
+    {"easting", offsetof(compare_row, easting)},
+    {"northing", offsetof(compare_row, northing)},
     {"zoom_low", offsetof(compare_row, zoom_low)},
     {"zoom_high", offsetof(compare_row, zoom_high)},
     {"psnr_db", offsetof(compare_row, result.psnr_db)},

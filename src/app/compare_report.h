@@ -18,8 +18,9 @@ typedef struct compare_head {
 
 typedef struct compare_row {
     int frame;
-    double time_s; // of the flight
-    perigee_camera camera;
+    double time_s;              // of the flight
+    perigee_camera camera;      // its place geographic, as all places of `result`
+    double easting, northing;   // the camera's on the map of a projected raster; else NaN
     double zoom_low, zoom_high; // of the heights of side b, NaN when it does not say
     compare_result result;
 } compare_row;

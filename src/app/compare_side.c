@@ -247,6 +247,20 @@ status compare_side_judge(const struct compare_side *a, const struct compare_sid
     return compare_pictures(&params, maps, out);
 }
 
+void compare_side_tell(const struct compare_side *judge, const struct compare_stage *stage,
+                       compare_row *row)
+{
+    compare_result *r = &row->result;
+    compare_stat *const stats[] = {&r->geometric_px, &r->geometric_all_px, &r->distance_px,
+                                   &r->depth_m,      &r->depth_relative,   &r->limb_px,
+                                   &r->ridge_px};
+    const struct session *session = &stage->session;
+    if (!session_map_coordinates(session, &row->camera, &row->easting, &row->northing)) return;
+    row->camera = session_geographic(session, &row->camera);
+    for (size_t i = 0; judge->mode >= 0 && i < sizeof stats / sizeof stats[0]; i++)
+        perigee_planet_geographic(session->planet, 1, &stats[i]->lat_deg, &stats[i]->lon_deg);
+}
+
 void compare_side_zooms(const struct compare_side *side, double *low, double *high)
 {
     const float *level = side->mode == MODE_REFERENCE ? side->picture.level : NULL;

@@ -3,6 +3,7 @@
 #ifndef PERIGEE_APP_COMPARE_SIDE_H
 #define PERIGEE_APP_COMPARE_SIDE_H
 
+#include "app/compare_report.h"
 #include "app/image_exr.h"
 #include "app/progress.h"
 #include "app/reference_picture.h"
@@ -55,6 +56,11 @@ compare_picture compare_side_planes(const struct compare_side *side);
 status compare_side_judge(const struct compare_side *a, const struct compare_side *b,
                           const struct compare_stage *stage, const perigee_camera *camera,
                           const compare_maps *maps, compare_result *out);
+
+// A row whose places are the map's, but those of the errors where the judge is a file, as it is
+// told.
+void compare_side_tell(const struct compare_side *judge, const struct compare_stage *stage,
+                       compare_row *row);
 
 // The zooms of the heights that the reference's picture shows, NaN when the side is not it.
 void compare_side_zooms(const struct compare_side *side, double *low, double *high);

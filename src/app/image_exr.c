@@ -64,7 +64,7 @@ static status report(const struct writer *w, exr_result_t code)
     return ERR_IO;
 }
 
-enum { SPLIT_COUNT = 4 };
+enum { SPLIT_COUNT = 8 };
 
 // In the order of their names, as in the file.
 static void list_channels(struct writer *w)
@@ -76,12 +76,16 @@ static void list_channels(struct writer *w)
         {"G", p->g, NULL, false, image->half_color},
         {"R", p->r, NULL, false, image->half_color},
         {"Z", p->z_m, NULL, false, false},
+        {"easting", NULL, image->easting, false, false},
+        {"easting.lo", NULL, image->easting, true, false},
         {"height", p->height_m, NULL, false, false},
         {"lat", NULL, p->lat_deg, false, false},
         {"lat.lo", NULL, p->lat_deg, true, false},
         {"level", p->level, NULL, false, false},
         {"lon", NULL, p->lon_deg, false, false},
         {"lon.lo", NULL, p->lon_deg, true, false},
+        {"northing", NULL, image->northing, false, false},
+        {"northing.lo", NULL, image->northing, true, false},
         {"nx", image->normals[0], NULL, false, false},
         {"ny", image->normals[1], NULL, false, false},
         {"nz", image->normals[2], NULL, false, false},

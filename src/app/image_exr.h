@@ -4,6 +4,7 @@
 //   height    metres above the ellipsoid
 //   lat, lon  degrees as floats; lat.lo, lon.lo what a float leaves out, so that lat + lat.lo is
 //   good to 1e-12 degrees
+//   easting, northing  of the map of a projected raster, in its units; .lo likewise
 //   level     continuous level of detail; -1: sky
 //   nx, ny, nz  unit normal of the ground, ECEF; only where the renderer knows it
 #ifndef PERIGEE_APP_IMAGE_EXR_H
@@ -20,10 +21,11 @@ typedef struct image_exr {
     bool half_color;
     perigee_camera
         camera; // attributes camera.lat, .lon, .alt, .heading, .pitch, .roll, .fov (doubles)
-    const char *planet;      // attribute planet
-    const char *attribution; // attribute attribution
-    const char *zoom;        // attribute zoom: of which heights; NULL: none
-    const float *normals[3]; // nx, ny, nz; NULL: none
+    const char *planet;               // attribute planet
+    const char *attribution;          // attribute attribution
+    const char *zoom;                 // attribute zoom: of which heights; NULL: none
+    const float *normals[3];          // nx, ny, nz; NULL: none
+    const double *easting, *northing; // NULL: none
 } image_exr;
 
 // By way of PATH.part. ERR_IO, logged with the path; nothing is left behind.
@@ -36,7 +38,7 @@ typedef struct image_exr_plane {
     const float *values;
 } image_exr_plane;
 
-enum { IMAGE_EXR_MAX_PLANES = 16 };
+enum { IMAGE_EXR_MAX_PLANES = 20 };
 
 status image_exr_write_planes(const char *path, const image_exr *about,
                               const image_exr_plane *planes, int count);

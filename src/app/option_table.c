@@ -160,7 +160,7 @@ const struct option_spec option_table[] = {
     {"mode", 0, V | R | F, GROUP_METHOD, VALUE(option_mode, "MODE"),
      "spherical: rings (default); planar: nested squares of the map; grid: a screen grid thrown onto the planet; "
      "render, fly: or reference, a ray caster in double precision"},
-    {"planar-n", 0, V | R | F | C, GROUP_METHOD, INTEGER(view_params.planar_n, 31, 1023, "N"),
+    {"planar-n", 0, V | R | F | C, GROUP_METHOD, VALUE(option_planar_n, "N"),
      "planar: vertices across a square, 31, 63, 127, 255, 511 or 1023, less than --texels (default: one less)"},
     {"planar-form", 0, V | R | F | C, GROUP_METHOD, VALUE(option_planar_form, "FORM"),
      "planar: gpu: footprints, whole levels or none (default); 2004: rectangles cropped to data and frustum"},

@@ -16,6 +16,7 @@ enum {
     SIZE_MAX_PX = 16384,
     GRID_MAX_CELLS = 64,
     SCREEN_GRID_MAX = 4096,
+    SCREEN_GRID_VERTICES_MAX = 1 << 22,
     LEVEL_MAX = 23,
     AZIMUTH_MAX = 4096,
     RINGS_MAX = 512
@@ -82,6 +83,8 @@ status option_screen_grid(struct options *o, const char *name, const char *value
     int size[2];
     if (!parse_pair(value, 'x', 2, SCREEN_GRID_MAX, size))
         return refuse(name, value, "ROWSxCOLUMNS with 2..4096 each");
+    if (size[0] * size[1] > SCREEN_GRID_VERTICES_MAX)
+        return refuse(name, value, "ROWSxCOLUMNS with up to 4194304 vertices in all");
     o->view_params.grid_rows = size[0];
     o->view_params.grid_columns = size[1];
     return OK;
@@ -137,6 +140,15 @@ status option_texels(struct options *o, const char *name, const char *value)
     if (!number_parse_integer(value, &n) || n < 128 || n > 1024 || (n & (n - 1)))
         return refuse(name, value, "128, 256, 512 or 1024");
     o->view_params.texels = (int)n;
+    return OK;
+}
+
+status option_planar_n(struct options *o, const char *name, const char *value)
+{
+    long long n;
+    if (!number_parse_integer(value, &n) || n < 31 || n > 1023 || (n & (n + 1)))
+        return refuse(name, value, "31, 63, 127, 255, 511 or 1023");
+    o->view_params.planar_n = (int)n;
     return OK;
 }
 

@@ -19,6 +19,7 @@ status option_size(struct options *o, const char *name, const char *value);
 status option_grid(struct options *o, const char *name, const char *value);
 status option_screen_grid(struct options *o, const char *name, const char *value);
 status option_transform(struct options *o, const char *name, const char *value);
+status option_planar_n(struct options *o, const char *name, const char *value);
 status option_planar_form(struct options *o, const char *name, const char *value);
 status option_planar_heights(struct options *o, const char *name, const char *value);
 status option_quality(struct options *o, const char *name, const char *value);

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -89,16 +90,21 @@ static status place_over_ground(const struct session *s, perigee_camera *c)
     return ERR_ARGUMENT;
 }
 
-// The map's middle, from as far as shows it whole.
-static status default_over_map(const struct session *s, perigee_camera *c)
+// So high that the map is seen whole from over its middle.
+static status rise_over_map(const struct session *s, perigee_camera *c)
 {
     double ground;
     const perigee_planet_info *i = &s->info;
     double half = fmax(i->map_north_deg, i->map_east_deg) * (M_PI / 180) * i->equatorial_radius_m;
-    c->lat_deg = c->lon_deg = 0;
-    status failed = (status)perigee_planet_height(s->planet, 0, 0, &ground);
-    if (!failed && isnan(s->options->camera.alt_m)) c->alt_m = ground + 2 * half;
+    status failed = (status)perigee_planet_height(s->planet, c->lat_deg, c->lon_deg, &ground);
+    if (!failed) c->alt_m = ground + 2 * half;
     return failed;
+}
+
+static status default_over_map(const struct session *s, perigee_camera *c)
+{
+    c->lat_deg = c->lon_deg = 0;
+    return isnan(s->options->camera.alt_m) ? rise_over_map(s, c) : OK;
 }
 
 status session_place(const struct session *s, perigee_camera *c)
@@ -111,6 +117,49 @@ perigee_camera session_geographic(const struct session *s, const perigee_camera 
     perigee_camera c = *camera;
     perigee_planet_geographic(s->planet, 1, &c.lat_deg, &c.lon_deg);
     return c;
+}
+
+bool session_map_coordinates(const struct session *s, const perigee_camera *camera, double *easting,
+                             double *northing)
+{
+    bool projected = s->planet && s->info.map_projected;
+    *northing = projected ? camera->lat_deg : NAN;
+    *easting = projected ? camera->lon_deg : NAN;
+    if (projected) perigee_planet_map_coordinates(s->planet, 1, northing, easting);
+    return projected;
+}
+
+status session_tell_places(const struct session *s, size_t count, double *lat_deg, double *lon_deg,
+                           double **coordinates)
+{
+    *coordinates = NULL;
+    if (!s->info.map_projected) return OK;
+    double *easting = calloc(count, 2 * sizeof *easting), *northing = easting + count;
+    if (!easting) {
+        log_error("out of memory for the places of %zu pixels", count);
+        return ERR_MEMORY;
+    }
+    memcpy(easting, lon_deg, count * sizeof *easting);
+    memcpy(northing, lat_deg, count * sizeof *northing);
+    perigee_planet_map_coordinates(s->planet, (int)count, northing, easting);
+    perigee_planet_geographic(s->planet, (int)count, lat_deg, lon_deg);
+    *coordinates = easting;
+    return OK;
+}
+
+// The camera's place is given, its height perhaps not.
+static status place_on_map(const struct session *s, perigee_camera *c)
+{
+    const perigee_planet_info *i = &s->info;
+    perigee_camera given = *c;
+    status failed = session_place(s, c);
+    if (failed) return failed;
+    double off_deg = hypot(fmax(fabs(c->lat_deg) - i->map_north_deg, 0),
+                           fmax(fabs(c->lon_deg) - i->map_east_deg, 0));
+    if (off_deg > 0)
+        log_warn("latitude %.10g, longitude %.10g: %.1f km off the map", given.lat_deg,
+                 given.lon_deg, off_deg * (M_PI / 180) * i->equatorial_radius_m / 1e3);
+    return isnan(s->options->camera.alt_m) ? rise_over_map(s, c) : OK;
 }
 
 status session_camera(const struct session *s, perigee_camera *out)
@@ -127,7 +176,7 @@ status session_camera(const struct session *s, perigee_camera *out)
     };
     if (!s->info.map_projected) return place_over_ground(s, out);
     bool middle = isnan(c->lat_deg) && isnan(c->lon_deg);
-    status placed = middle ? default_over_map(s, out) : session_place(s, out);
+    status placed = middle ? default_over_map(s, out) : place_on_map(s, out);
     return placed ? placed : place_over_ground(s, out);
 }
 

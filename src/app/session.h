@@ -37,8 +37,19 @@ void session_close(struct session *s);
 status session_place(const struct session *s, perigee_camera *camera);
 perigee_camera session_geographic(const struct session *s, const perigee_camera *camera);
 
+// A camera's place on the map of a projected raster, in the units of its reference system; else
+// false, and NaN.
+bool session_map_coordinates(const struct session *s, const perigee_camera *camera, double *easting,
+                             double *northing);
+
+// Places of the map, in place, as they are told: geographic. *coordinates: of a projected raster
+// count eastings and then as many northings, owned; else NULL. ERR_MEMORY, logged.
+status session_tell_places(const struct session *s, size_t count, double *lat_deg, double *lon_deg,
+                           double **coordinates);
+
 // The camera of the options: what is not given has its default, heights above ground become
-// altitudes, its place is the map's. ERR_ARGUMENT, logged, when it is below the terrain.
+// altitudes, its place is the map's. ERR_ARGUMENT, logged, when it is below the terrain; one
+// off a projected map is warned of.
 status session_camera(const struct session *s, perigee_camera *out);
 
 // Streams until a frame of this size is complete (unless --no-wait). ERR_TIMEOUT, with the list of

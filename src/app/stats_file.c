@@ -35,16 +35,26 @@ static void print_time(FILE *file, const char *name, double ms)
     else fprintf(file, ",\"%s\":null", name);
 }
 
-void stats_file_add(struct stats_file *f, const perigee_view *view, int frame, double time_s,
-                    const perigee_camera *c)
+static void print_place(FILE *file, const struct session *session, const perigee_camera *camera)
+{
+    double easting, northing;
+    perigee_camera c = session_geographic(session, camera);
+    fprintf(file, "\"lat\":%.9f,\"lon\":%.9f,", c.lat_deg, c.lon_deg);
+    if (session_map_coordinates(session, camera, &easting, &northing))
+        fprintf(file, "\"easting\":%.3f,\"northing\":%.3f,", easting, northing);
+    fprintf(file, "\"alt\":%.3f,\"heading\":%.6f,\"pitch\":%.6f,", c.alt_m, c.heading_deg,
+            c.pitch_deg);
+}
+
+void stats_file_add(struct stats_file *f, const struct session *session, int frame, double time_s,
+                    const perigee_camera *camera)
 {
     if (!f->file) return;
     perigee_stats s;
+    const perigee_view *view = session->view;
     perigee_view_get_stats(view, &s);
-    fprintf(f->file,
-            "{\"frame\":%d,\"time\":%.6f,\"lat\":%.9f,\"lon\":%.9f,\"alt\":%.3f,\"heading\":%.6f,"
-            "\"pitch\":%.6f,",
-            frame, time_s, c->lat_deg, c->lon_deg, c->alt_m, c->heading_deg, c->pitch_deg);
+    fprintf(f->file, "{\"frame\":%d,\"time\":%.6f,", frame, time_s);
+    print_place(f->file, session, camera);
     print_work(f, &s);
     fprintf(f->file,
             "\"missing\":%d,\"tiles_decoded\":%" PRIu64 ",\"tiles_synthesised\":%" PRIu64

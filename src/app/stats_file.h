@@ -4,8 +4,8 @@
 
 #include <stdio.h>
 
+#include "app/session.h"
 #include "base/status.h"
-#include "perigee.h"
 
 struct stats_file {
     const char *path;
@@ -17,8 +17,8 @@ struct stats_file {
 status stats_file_open(struct stats_file *f, const char *path);
 
 // "bytes_uploaded" and "vertices_placed" count since the line before, the waiting for data
-// included.
-void stats_file_add(struct stats_file *f, const perigee_view *view, int frame, double time_s,
+// included. camera: of the session's view, its place the map's.
+void stats_file_add(struct stats_file *f, const struct session *session, int frame, double time_s,
                     const perigee_camera *camera);
 
 // ERR_IO, logged, when any line could not be written.

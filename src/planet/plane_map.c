@@ -225,12 +225,17 @@ void plane_map_from_geographic(struct plane_map *m, int count, double *lat_deg, 
     }
 }
 
-void plane_map_to_geographic(struct plane_map *m, int count, double *lat_deg, double *lon_deg)
+void plane_map_coordinates(const struct plane_map *m, int count, double *lat_deg, double *lon_deg)
 {
     double units = m->body.a / m->metres / DEG;
     for (int i = 0; i < count; i++) {
         lon_deg[i] = lon_deg[i] * units + m->x;
         lat_deg[i] = lat_deg[i] * units + m->y;
     }
+}
+
+void plane_map_to_geographic(struct plane_map *m, int count, double *lat_deg, double *lon_deg)
+{
+    plane_map_coordinates(m, count, lat_deg, lon_deg);
     transform(m, m->to_geographic, count, lon_deg, lat_deg);
 }

@@ -26,5 +26,9 @@ void *plane_map_place(const struct plane_map *map, const char *path, void *datas
 // Geographic degrees to the map's, and back, in place. NaN where there is no such place.
 void plane_map_from_geographic(struct plane_map *map, int count, double *lat_deg, double *lon_deg);
 void plane_map_to_geographic(struct plane_map *map, int count, double *lat_deg, double *lon_deg);
+// A place of the map in degrees to the raster's reference system and its units, in place: northing
+// instead of latitude, easting instead of longitude.
+void plane_map_coordinates(const struct plane_map *map, int count, double *lat_deg,
+                           double *lon_deg);
 
 #endif

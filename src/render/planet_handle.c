@@ -113,6 +113,13 @@ void perigee_planet_geographic(perigee_planet *planet, int count, double *lat_de
     if (map) plane_map_to_geographic(map, count, lat_deg, lon_deg);
 }
 
+void perigee_planet_map_coordinates(const perigee_planet *planet, int count, double *lat_deg,
+                                    double *lon_deg)
+{
+    struct plane_map *map = source_set_map(planet->sources);
+    if (map) plane_map_coordinates(map, count, lat_deg, lon_deg);
+}
+
 perigee_status perigee_planet_height(perigee_planet *planet, double lat_deg, double lon_deg,
                                      double *height_m)
 {

@@ -163,16 +163,19 @@ static void test_exr(void **state)
     static float got[PIXELS], low[PIXELS];
     static const char *const names[] = {"R", "G", "B", "Z", "height", "level"};
     image_exr image = exr_of(t, false);
+    image.easting = t->lat;
+    image.northing = t->lon;
+    for (int i = 0; i < 3; i++) image.normals[i] = t->f[i];
     assert_int_equal(image_exr_write("test_images.exr", &image), OK);
     assert_int_equal(access("test_images.exr.part", F_OK), -1);
     for (int c = 0; c < 6; c++) {
         read_channel("test_images.exr", names[c], got);
         assert_memory_equal(got, t->f[c], sizeof got);
     }
-    const double *wide[] = {t->lat, t->lon};
-    static const char *const high_names[] = {"lat", "lon"}, *const low_names[] = {"lat.lo",
-                                                                                  "lon.lo"};
-    for (int k = 0; k < 2; k++) {
+    const double *wide[] = {t->lat, t->lon, t->lat, t->lon};
+    static const char *const high_names[] = {"lat", "lon", "easting", "northing"},
+                             *const low_names[] = {"lat.lo", "lon.lo", "easting.lo", "northing.lo"};
+    for (int k = 0; k < 4; k++) {
         read_channel("test_images.exr", high_names[k], got);
         read_channel("test_images.exr", low_names[k], low);
         assert_true(isnan(got[0]));

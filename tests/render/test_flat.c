@@ -441,6 +441,10 @@ static void test_raster_lies_at_its_place(void **state)
     perigee_planet_geographic(planet, W * H, lat, lon);
     check_near(lat[MIDDLE], 45, 1e-8);
     check_near(lon[MIDDLE], 9, 1e-8);
+    c = (perigee_camera){.lat_deg = c.lat_deg, .lon_deg = c.lon_deg};
+    perigee_planet_map_coordinates(planet, 1, &c.lat_deg, &c.lon_deg);
+    check_near(c.lon_deg, 500000, 2e-3);
+    check_near(c.lat_deg, 4982950.4, 2e-3);
     check_near(h[MIDDLE], utm_raster_height(0, 0), 0.05);
     check_near(z[MIDDLE], 2000 - utm_raster_height(0, 0), 0.05);
     assert_true(lat[MIDDLE - W] > 45 && lon[MIDDLE + 1] > 9);
