@@ -177,8 +177,8 @@ typedef struct perigee_view_params {
     int grid_rows, grid_columns; // vertices of PERIGEE_MODE_GRID, 2 to 4096 each and up to 4 Mi in
                                  // all; 0: 360, 480
     double grid_denser; // how much denser that grid is in the middle of the picture: 0 to 0.9
-    bool grid_mean;     // true: its heights as fine as the geometric mean of a vertex's neighbours
-                        // along and across; else as the farthest (Livny et al. 2008)
+    bool grid_farthest; // true: its heights as coarse as a vertex's farthest neighbour (Livny et
+                        // al. 2008); else as the geometric mean of those along and across
     enum perigee_filter filter;
     bool texcoord_vertex;  // true: map coordinates interpolated from the vertices, as in the paper
     bool seam_uncorrected; // true: and the seam's second copy as the first; to show what it cures

@@ -1,5 +1,5 @@
-// Lifts the grid's vertices to the terrain, each at the level of detail that its neighbours allow: the farthest (Livny et al.
-// 2008, 3.4), or the mean of those along and across the ray, of which towards the limb the former are many times as far.
+// Lifts the grid's vertices to the terrain, each at the level of detail that its neighbours allow: the mean of those along and
+// across the ray, of which towards the limb the former are many times as far, or the farthest (Livny et al. 2008, 3.4).
 #include "lib/map.glsl"
 #include "lib/windows.glsl"
 #include "lib/grid.glsl"
@@ -32,10 +32,10 @@ void main()
     vec3 r = ring_of(row, column);
     float along = max(apart(r, row - 1, column), apart(r, row + 1, column)),
           across = max(apart(r, row, column - 1), apart(r, row, column + 1));
-#ifdef MEAN_NEIGHBOUR
-    float spacing = sqrt(along * across);
-#else
+#ifdef FARTHEST_NEIGHBOUR
     float spacing = max(along, across);
+#else
+    float spacing = sqrt(along * across);
 #endif
     float level = log2(3.14159265358979 / ring_angle(length(r.xy), 1.0 - r.z));
     float reaches = min(level - float(view.layers.z), float(view.layers.x));

@@ -176,8 +176,9 @@ const struct option_spec option_table[] = {
      "vertices of --mode grid, 2..4096 each and at most 4194304 (default 360x480)"},
     {"grid-denser", 0, V | R | F | C, GROUP_METHOD, NUMBER(view_params.grid_denser, 0, 0.9, "SHARE"),
      "make that grid denser in the middle of the picture, 0..0.9 (default 0: the same everywhere)"},
-    {"grid-mean", 0, V | R | F | C, GROUP_METHOD, FLAG(view_params.grid_mean),
-     "that grid's heights by the mean of each vertex's neighbours along and across the ray, not by the farthest: finer far away"},
+    {"grid-farthest", 0, V | R | F | C, GROUP_METHOD, FLAG(view_params.grid_farthest),
+     "that grid's heights by each vertex's farthest neighbour, as published, not by the mean of those along and across the ray: "
+     "coarser far away"},
     {"zoom", 0, R | F | C, GROUP_METHOD, VALUE(option_zoom, "Z"),
      "of the reference: cast against heights of this zoom, 0..24, of the finest one stored, or auto: "
      "finer with nearness, by --zoom-error (default)"},

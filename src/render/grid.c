@@ -180,7 +180,7 @@ static status create(const geometry_params *params, struct geometry **out)
     g->stale = true;
     char defines[256];
     snprintf(defines, sizeof defines, "%s%s", params->defines,
-             v->grid_mean ? "#define MEAN_NEIGHBOUR 1\n" : "");
+             v->grid_farthest ? "#define FARTHEST_NEIGHBOUR 1\n" : "");
     status s = make_buffers(g);
     if (!s) s = gpu_program_create_compute("grid/throw.comp", params->defines, &g->throw_program);
     if (!s) s = gpu_program_create_compute("grid/lift.comp", defines, &g->lift_program);

@@ -65,7 +65,7 @@ static const struct walk {
 
 static void points_stay(bool mean)
 {
-    const perigee_view_params params = {.mode = PERIGEE_MODE_GRID, .grid_mean = mean};
+    const perigee_view_params params = {.mode = PERIGEE_MODE_GRID, .grid_farthest = !mean};
     temporal_scene s = temporal_open(temporal_rough(), false, &params);
     for (size_t f = 0; f < sizeof walks / sizeof *walks; f++) {
         struct point p[POINTS];
