@@ -1,6 +1,7 @@
 // What a window shows, without a window: each mode as a view of its own shows it, the halves of a
-// split as those of single pictures, their difference, and that memory comes back. The oracle is
-// perigee.h alone: a fresh view for each mode, waited for.
+// split as those of single pictures, their difference, and that memory comes back. The first two
+// over the map as a plane too. The oracle is perigee.h alone: a fresh view for each mode, waited
+// for.
 #include "check.h"
 
 #include <stdlib.h>
@@ -24,6 +25,7 @@ static const perigee_view_params cheap = {.quality = PERIGEE_QUALITY_PAPER, .thr
 static perigee_planet *planet;
 static gpu_target target;
 static int mode_count;
+static bool flat;
 static uint8_t truths[MODES_MAX][BYTES];
 
 static void read_target(uint8_t *rgb)
@@ -225,8 +227,10 @@ static int set_up(void **state)
     (void)state;
     const GLenum format = GL_RGBA8;
     if (access(PLANET, F_OK) != 0 && analytic_planet_make(PLANET, 3) != 0) return -1;
-    if (perigee_planet_open(PLANET, NULL, &planet)) return -1;
+    const perigee_planet_params params = {.flat = flat};
+    if (perigee_planet_open(PLANET, &params, &planet)) return -1;
     if (gpu_target_init(&target, WIDTH, HEIGHT, &format, 1, 0)) return -1;
+    mode_count = 0;
     while (perigee_mode_name((enum perigee_mode)mode_count)) mode_count++;
     if (mode_count > MODES_MAX) return -1;
     for (int i = 0; i < mode_count; i++) render_truth(i, truths[i]);
@@ -252,5 +256,12 @@ int main(void)
         cmocka_unit_test(refused_mode_leaves_the_old_one),
         cmocka_unit_test(split_gives_memory_back),
     };
-    return gpu_fixture_close(cmocka_run_group_tests(tests, set_up, tear_down));
+    const struct CMUnitTest flat_tests[] = {
+        cmocka_unit_test(steps_through_all_modes),
+        cmocka_unit_test(split_shows_both),
+    };
+    int failed = cmocka_run_group_tests(tests, set_up, tear_down);
+    flat = true;
+    failed += cmocka_run_group_tests(flat_tests, set_up, tear_down);
+    return gpu_fixture_close(failed);
 }
