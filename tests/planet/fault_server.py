@@ -2,7 +2,7 @@
 """A tile server on loopback that misbehaves as its paths say; prints its port, ends with its standard input.
 
 /ok/Z/X/Y        a PNG of 256 x 256, all of it (10 Z, X & 255, Y & 255, 255)
-/height/Z/X/Y    a terrarium PNG of 100 Z metres
+/height/Z/X/Y    a terrarium PNG of 100 Z metres;  /rgb/Z/X/Y  the same as terrain-RGB
 /slow/MS/...     the same as without, after MS milliseconds
 /status/N/...    answer N;  /busy/S/N/...  429 with Retry-After S to the first N, then as without
 /flaky/N/...     500 to the first N, then as without
@@ -46,6 +46,9 @@ def tile(parts):
     z, x, y = (int(p.split(".")[0]) for p in parts[-3:])
     if "height" in parts:
         value = int((100 * z + 32768) * 256)
+        return png(256, 256, (value >> 16 & 255, value >> 8 & 255, value & 255, 255))
+    if "rgb" in parts:
+        value = (100 * z + 10000) * 10
         return png(256, 256, (value >> 16 & 255, value >> 8 & 255, value & 255, 255))
     return png(256, 256, (10 * z & 255, x & 255, y & 255, 255))
 

@@ -186,6 +186,34 @@ static void tiles_come_from_their_place(void **state)
     fetcher_destroy(&f);
 }
 
+// Both codes of heights: 100 m a level of the server.
+static void heights_of_both_codes(void **state)
+{
+    (void)state;
+    static const char *const codes[][2] = {{"height", "terrarium"}, {"rgb", "terrain-rgb"}};
+    float *heights = malloc(TILE_SIZE * TILE_SIZE * sizeof *heights);
+    for (int i = 0; i < 2; i++) {
+        char text[512], path[64];
+        source_spec spec;
+        struct source *source;
+        struct fetcher *f = fetcher();
+        snprintf(path, sizeof path, "/%s/", codes[i][0]);
+        snprintf(text, sizeof text, "{\"tiles\":[\"%s{z}/{x}/{y}\"],\"encoding\":\"%s\"}",
+                 fault_url(path), codes[i][1]);
+        assert_int_equal(source_spec_parse(text, strlen(text), "test", &spec), OK);
+        assert_int_equal(source_remote_open_take(&spec, f, &source), OK);
+        tile_id id = {LAYER_HEIGHT, 4, 7, 21}; // of level 5, as above
+        struct want *want = want_create(0);
+        double until;
+        while (source_read(source, id, want, heights, &until) == ERR_PENDING) want_wait(want, 5);
+        for (int k = 0; k < TILE_SIZE * TILE_SIZE; k++) check_near(heights[k], 500, 1e-3);
+        want_release(&want);
+        source_close(&source);
+        fetcher_destroy(&f);
+    }
+    free(heights);
+}
+
 // At most `in_flight` at once, and most wanted first.
 static void in_flight_is_bounded(void **state)
 {
@@ -327,6 +355,7 @@ int main(void)
         cmocka_unit_test(the_same_as_before),
         cmocka_unit_test(bodies_that_are_no_tiles),
         cmocka_unit_test(tiles_come_from_their_place),
+        cmocka_unit_test(heights_of_both_codes),
         cmocka_unit_test(cancelled_transfers_stop),
         cmocka_unit_test(a_dead_server_is_left_alone_and_found_again),
         cmocka_unit_test(memory_is_bounded),
