@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "geo/camera.h"
+
 enum { PIXELS = ERROR_WIDTH * ERROR_HEIGHT, STEP = 3 };
 
 static const double RAD = M_PI / 180;
@@ -48,16 +50,33 @@ struct planes {
     double *lat, *lon;
 };
 
-static double pixel_error(const struct error_judge *j, const perigee_camera *c, int zoom, dvec3 eye,
+struct eye {
+    dvec3 position; // ECEF
+    dmat3 axes;     // right, up, backward
+    double pixel;   // width of one at a metre along the view axis
+};
+
+static struct eye eye_of(const struct error_judge *j, const perigee_camera *c)
+{
+    geo_camera g = {.position = {c->lat_deg * RAD, c->lon_deg * RAD, c->alt_m},
+                    .heading = c->heading_deg * RAD,
+                    .pitch = c->pitch_deg * RAD,
+                    .roll = c->roll_deg * RAD};
+    return (struct eye){geo_ecef_from_geodetic(j->e, g.position), geo_eye_over(j->e, &g),
+                        2 * tan(c->fov_deg * RAD / 2) / ERROR_HEIGHT};
+}
+
+static double pixel_error(const struct error_judge *j, int zoom, const struct eye *eye,
                           const struct planes *f, int i)
 {
     double lat = f->lat[i] * RAD, lon = f->lon[i] * RAD, h = (double)f->height[i];
     dvec3 normal = normal_at(j, zoom, lat, lon);
-    dvec3 ray = dvec3_sub(geo_ecef_from_geodetic(j->e, (geodetic){lat, lon, h}), eye);
+    dvec3 ray = dvec3_sub(geo_ecef_from_geodetic(j->e, (geodetic){lat, lon, h}), eye->position);
     double above = (h - ground(j, zoom, lat, lon)) * dvec3_dot(geo_normal(lat, lon), normal);
-    double across = dvec3_length(dvec3_cross(normal, dvec3_normalize(ray)));
-    double pixel = 2 * tan(c->fov_deg * RAD / 2) / ERROR_HEIGHT * (double)f->z[i];
-    return fabs(above) * across / pixel;
+    // The derivative of (x, y) / z along the normal, z times.
+    dvec3 n = dmat3_mul(eye->axes, normal), r = dmat3_mul(eye->axes, ray);
+    double across = hypot(n.x - r.x / r.z * n.z, n.y - r.y / r.z * n.z);
+    return fabs(above) * across / (eye->pixel * (double)f->z[i]);
 }
 
 static int ascending(const void *a, const void *b)
@@ -87,15 +106,14 @@ static void judge_planes(const struct error_judge *j, const perigee_camera *c, i
 {
     static signed char levels[PIXELS];
     static double of_level[PIXELS];
-    dvec3 eye =
-        geo_ecef_from_geodetic(j->e, (geodetic){c->lat_deg * RAD, c->lon_deg * RAD, c->alt_m});
+    struct eye eye = eye_of(j, c);
     size_t n = 0;
     for (int i = 0; i < PIXELS; i++) {
         if (isnan(f->z[i])) continue;
         out->ground++;
         if (i % ERROR_WIDTH % STEP != 1 || i / ERROR_WIDTH % STEP != 1) continue;
         levels[n] = (signed char)f->level[i];
-        errors[n++] = pixel_error(j, c, zoom, eye, f, i);
+        errors[n++] = pixel_error(j, zoom, &eye, f, i);
     }
     for (int l = 0; l < ERROR_LEVELS; l++) {
         size_t count = 0;

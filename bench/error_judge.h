@@ -1,8 +1,8 @@
 // A frame's screen-space geometric error: each ninth pixel's point, its distance from the surface
-// of the data along that surface's normal, projected to the screen (px; the off-axis stretch left
-// out). The surface is the tile pyramid's, bilinear in one zoom, so this tells the renderer's error
-// in a second; src/reference is the judge that shares nothing (tests/reference/test_views.c says by
-// how much the two differ). Main thread only.
+// of the data along that surface's normal, projected to the screen (px). The surface is the tile
+// pyramid's, bilinear in one zoom, so this tells the renderer's error in a second; src/reference is
+// the judge that shares nothing (tests/reference/test_views.c says by how much the two differ).
+// Main thread only.
 #ifndef PERIGEE_BENCH_ERROR_JUDGE_H
 #define PERIGEE_BENCH_ERROR_JUDGE_H
 

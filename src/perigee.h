@@ -138,7 +138,7 @@ enum perigee_quality {
     PERIGEE_QUALITY_DEFAULT, // 2 pixels
     PERIGEE_QUALITY_LOW,     // 2.5 pixels
     PERIGEE_QUALITY_HIGH,    // 0.9 pixels
-    PERIGEE_QUALITY_PAPER,   // 5.5 pixels: n = 512, m = 20, N = 128 (Clasen & Hege 2006)
+    PERIGEE_QUALITY_PAPER,   // 6 pixels:   n = 512, m = 20, N = 128 (Clasen & Hege 2006)
 };
 
 // How the planar mode draws its squares.

@@ -45,7 +45,7 @@ const struct option_spec option_table[] = {
      "with --codec bounded: the greatest error of any height, in metres"},
     {"quantum", 0, M, GROUP_IMPORT, NUMBER(quantum, 0x1p-12, 256, "M"),
      "step of the grid of heights, rounded down to a power of two; heights are at most half of it off "
-     "(default: 1/2048 of the distance of a zoom's samples, 1/64 to 1 m)"},
+     "(default: 1/2048 of the distance of a zoom's samples, 1/64 to 1 m; at the poles 1/64 m)"},
     {"body", 0, M, GROUP_IMPORT, VALUE(option_body, "BODY"),
      "earth (WGS84, default), moon, mars, or a JSON file with \"equatorialRadius\" and \"polarRadius\" in metres"},
     {"bounds", 0, M, GROUP_IMPORT, VALUE(option_bounds, "W,S,E,N"),
@@ -187,7 +187,7 @@ const struct option_spec option_table[] = {
     {"heights", 0, R | F | C, GROUP_METHOD, VALUE(option_heights, "NAME"),
      "of the reference, between samples: bilinear (default) or bicubic, without creases"},
     {"quality", 0, V | R | F | C, GROUP_METHOD, VALUE(option_quality, "NAME"),
-     "low, default, high or paper: 99.9 % of the pixels of 1280x960 at 90 degrees are within 2.5, 2, 0.9 or 5.5 pixels of the data"},
+     "low, default, high or paper: 99.9 % of the pixels of 1280x960 at 90 degrees are within 2.5, 2, 0.9 or 6 pixels of the data"},
     {"error", 0, V | R | F | C, GROUP_METHOD, NUMBER(view_params.error_px, 0.01, 1000, "PX"),
      "instead: the cheapest setting that keeps this error; there are 2.5, 2, 1.4 and 0.9"},
     {"paper", 0, V | R | F | C, GROUP_METHOD, FLAG(paper), "the rings and windows of Clasen & Hege 2006; as --quality paper"},

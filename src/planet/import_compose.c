@@ -307,7 +307,7 @@ static status read_base(struct workshop *w, struct bench *b, tile_id id)
 {
     struct import_base *base = w->params.base;
     double quantum = w->params.quantum;
-    int exponent = quantum == 0 ? 0 : quantum_exponent(quantum, id.zoom, w->params.ellipsoid.a);
+    int exponent = quantum == 0 ? 0 : quantum_tile_exponent(quantum, id, w->params.ellipsoid.a);
     return import_base_read_alone(base, id, quantum == 0 ? 0 : ldexp(1, exponent), b->source);
 }
 

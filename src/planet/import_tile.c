@@ -126,7 +126,7 @@ static status encode(const struct workshop *w, struct bench *b, tile_id id, floa
     double quantum = w->params.quantum, radius = w->params.ellipsoid.a;
     if (id.layer == LAYER_HEIGHT && quantum == 0) return codec_height_encode(planes, out);
     if (id.layer == LAYER_HEIGHT)
-        return codec_height_encode_grid(planes, quantum_exponent(quantum, id.zoom, radius), out);
+        return codec_height_encode_grid(planes, quantum_tile_exponent(quantum, id, radius), out);
     for (int i = 0; i < SAMPLES; i++)
         for (int c = 0; c < w->channels; c++)
             b->pixels[i * w->channels + c] = light_encode(planes[c * SAMPLES + i]);

@@ -25,3 +25,9 @@ int quantum_exponent(double quantum, int zoom, double radius)
     int exponent = floor_log2(radius * grid_step_lat(zoom) / AUTO_SHARE);
     return exponent < AUTO_MIN ? AUTO_MIN : exponent > AUTO_MAX ? AUTO_MAX : exponent;
 }
+
+int quantum_tile_exponent(double quantum, tile_id id, double radius)
+{
+    bool polar = id.row == 0 || id.row == grid_rows(id.zoom) - 1;
+    return quantum == QUANTUM_AUTO && polar ? AUTO_MIN : quantum_exponent(quantum, id.zoom, radius);
+}

@@ -20,7 +20,7 @@ static const struct quality BY_COST[] = {{512, 48, 256, 8, PERIGEE_FILTER_SHARP,
                                          {640, 64, 256, 7, PERIGEE_FILTER_SHARP, 2},
                                          {1024, 80, 512, 5, PERIGEE_FILTER_SHARP, 1.4},
                                          {1024, 112, 1024, 4, PERIGEE_FILTER_SHARP, 0.9}};
-static const struct quality PAPER = {512, 20, 128, -1, PERIGEE_FILTER_EMULATED, 5.5};
+static const struct quality PAPER = {512, 20, 128, -1, PERIGEE_FILTER_EMULATED, 6};
 
 static const struct quality *const QUALITIES[] = {
     [PERIGEE_QUALITY_DEFAULT] = &BY_COST[1],

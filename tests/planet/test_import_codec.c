@@ -60,7 +60,8 @@ static void make(const char *output, double quantum)
 struct pair {
     struct planet_file *a, *b;
     void (*each)(struct pair *pair, tile_id id, const float *a, const float *b);
-    double step, worst; // what `each` needs and finds
+    double step, worst;            // what `each` needs and finds
+    double (*step_of)(tile_id id); // NULL: `step` everywhere
     int tiles;
 };
 
@@ -95,7 +96,8 @@ static void check_grid(struct pair *p, tile_id id, const float *a, const float *
         assert_int_equal(isnan(a[i]) != 0, isnan(b[i]) != 0);
         if (isnan(a[i])) continue;
         check_near(b[i], a[i], bound * (1 + 1e-6));
-        check_near(b[i], p->step * nearbyint(b[i] / p->step), 0);
+        double step = p->step_of ? p->step_of(id) : p->step;
+        check_near(b[i], step * nearbyint(b[i] / step), 0);
         assert_true(b[i] >= min && b[i] <= max);
         p->worst = fmax(p->worst, fabs(b[i] - a[i]) / bound);
     }
@@ -121,6 +123,11 @@ static void test_grid(void **state)
     }
 }
 
+static double step_by_itself(tile_id id)
+{
+    return id.row == 0 || id.row == grid_rows(id.zoom) - 1 ? 1.0 / 64 : 1;
+}
+
 // The step by itself: 1/2048 of the distance of samples, at every zoom, and 1 m at most.
 // Fails when one step is taken for all zooms, or when it is not held within its limits.
 static void test_auto(void **state)
@@ -136,8 +143,32 @@ static void test_auto(void **state)
     }
     make("exact.planet", 0);
     make("grid.planet", QUANTUM_AUTO);
-    struct pair p = {.each = check_grid, .step = 1};
+    struct pair p = {.each = check_grid, .step = 1, .step_of = step_by_itself};
     compare(&p, "exact.planet", "grid.planet");
+}
+
+static void check_at_poles(struct pair *p, tile_id id, const float *a, const float *b)
+{
+    if (id.zoom < planet_file_meta(p->a)->max_zoom[LAYER_HEIGHT]) return;
+    if (id.row > 0 && id.row < grid_rows(id.zoom) - 1) return;
+    for (int i = 0; i < SAMPLES; i++) {
+        if (isnan(a[i])) continue;
+        check_near(b[i], a[i], (1 + 1e-6) / 128);
+        p->worst = fmax(p->worst, fabs(b[i] - a[i]) * 128);
+    }
+}
+
+// In the tiles at a pole, whose samples come ever closer along their rows, the step is the least.
+// Fails when it is that of their zoom.
+static void test_auto_at_poles(void **state)
+{
+    (void)state;
+    make("exact.planet", 0);
+    make("grid.planet", QUANTUM_AUTO);
+    struct pair p = {.each = check_at_poles};
+    compare(&p, "exact.planet", "grid.planet");
+    print_message("at the poles at most %.3f of 1/128 m off\n", p.worst);
+    assert_true(p.worst > 0.5);
 }
 
 static void test_bad_quanta(void **state)
@@ -381,6 +412,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_grid),
         cmocka_unit_test(test_auto),
+        cmocka_unit_test(test_auto_at_poles),
         cmocka_unit_test(test_bad_quanta),
         cmocka_unit_test(test_resume_with_another_quantum),
         cmocka_unit_test(test_bounded),
