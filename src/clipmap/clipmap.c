@@ -348,7 +348,9 @@ void clipmap_begin_frame(struct clipmap *c, bool unbounded)
     if (!c->moved && c->last >= 0) {
         c->lag *= forget;
         stand(c);
-        fill_stand_ins_again(c);
+        // What is missing comes first: a source that goes on failing would have coarse levels
+        // filled again and again, before finer ones.
+        if (clipmap_complete(c, NULL)) fill_stand_ins_again(c);
         feed(c);
     } else fill_stand_ins_again(c);
     c->moved = false;
