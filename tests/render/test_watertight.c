@@ -177,9 +177,12 @@ static void test_grids(void **state)
         {.mode = PERIGEE_MODE_GRID, .grid_rows = 150, .grid_columns = 150, .grid_denser = 0.7},
     };
     static const char *const names[] = {"grid", "a coarse grid", "a grid denser in the middle"};
-    limb_px = 0; // no rings
-    for (int i = 0; i < 3; i++)
+    // A column's chord to the outermost one runs under the limb by a quarter of their distance.
+    static const double limbs_px[] = {0, GAPS_WIDTH / 80.0 / 4, GAPS_WIDTH / 150.0 / 4};
+    for (int i = 0; i < 3; i++) {
+        limb_px = limbs_px[i];
         look_from_everywhere(names[i], &grids[i], (i ? 6 : 24) * times, 200 + (uint64_t)i);
+    }
     limb_px = CHORDS_PX;
 }
 
