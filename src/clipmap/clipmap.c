@@ -30,6 +30,7 @@ struct level {
     window_rect valid; // in columns of `held`
     clip_range range;  // covers the heights in `valid`
     double until_s; // those in `valid` stand until then (clock_now_s): INFINITY but for stand-ins
+    bool filled_again; // since anything is missing
     struct plan plan;
     double lag;  // frames that its plans took of late
     bool outrun; // would be late in any case: see outruns()
@@ -317,12 +318,18 @@ void clipmap_move(struct clipmap *c, double lat, double lon, int last)
     feed(c);
 }
 
+// While anything is missing each level is filled again but once: a source that goes on failing
+// would have coarse levels filled again and again, and finer ones never.
 static void fill_stand_ins_again(struct clipmap *c)
 {
+    bool complete = clipmap_complete(c, NULL);
     for (int i = 0; i <= c->last; i++) {
         struct level *l = &c->levels[i];
+        l->filled_again &= !complete;
         if (l->until_s == (double)INFINITY || l->plan.active || l->outrun) continue;
-        if (level_complete(c, l) && clip_jobs_clock() >= l->until_s) plan_start(c, l);
+        if (l->filled_again || !level_complete(c, l) || clip_jobs_clock() < l->until_s) continue;
+        l->filled_again = !complete;
+        plan_start(c, l);
     }
 }
 
@@ -348,9 +355,7 @@ void clipmap_begin_frame(struct clipmap *c, bool unbounded)
     if (!c->moved && c->last >= 0) {
         c->lag *= forget;
         stand(c);
-        // What is missing comes first: a source that goes on failing would have coarse levels
-        // filled again and again, before finer ones.
-        if (clipmap_complete(c, NULL)) fill_stand_ins_again(c);
+        fill_stand_ins_again(c);
         feed(c);
     } else fill_stand_ins_again(c);
     c->moved = false;

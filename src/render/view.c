@@ -9,6 +9,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "base/memory.h"
 #include "geo/sun.h"
@@ -385,16 +386,31 @@ static status log_timeout(const perigee_view *v, double timeout_s)
     return ERR_TIMEOUT;
 }
 
+// What stands in for tiles that could not be had is given time to go before a picture is called
+// complete, until `end` at most; but once in an outage, not with each of its frames.
+static bool may_recover(perigee_view *v, double end, double *until)
+{
+    const double patience_s = 20; // a server that lost connections rests for up to some seconds
+    bool provisional = windows_provisional(v->windows);
+    v->outage &= provisional;
+    if (!provisional || v->outage) return false;
+    double now = clock_s();
+    if (*until == 0) *until = fmin(now + patience_s, end);
+    v->outage = now >= *until;
+    if (!v->outage) clock_sleep_s(0.01);
+    return !v->outage;
+}
+
 perigee_status perigee_view_wait(perigee_view *v, int width, int height, double timeout_s)
 {
-    double end = clock_s() + timeout_s;
+    double end = clock_s() + timeout_s, recovers_until = 0;
     struct frame_state state;
     frame_state_save(&state);
     status s = view_prepare(v, width, height);
     while (!s) {
         v->stats.total_bytes_uploaded += pump(v, -1);
         bool settled = windows_settled(v->windows);
-        if (settled && v->gaze.exact) break;
+        if (settled && v->gaze.exact && !may_recover(v, end, &recovers_until)) break;
         double left = end - clock_s();
         if (!(left > 0)) {
             s = log_timeout(v, timeout_s);

@@ -27,6 +27,7 @@ struct perigee_view {
     int first, last, finest;
     bool dirty;        // something but the windows changed since the last frame
     bool placed_dirty; // the camera moved since vertices were placed
+    bool outage;       // stand-ins outlasted the patience of who waited for a picture
     double clock_s;    // of the last frame
     perigee_stats stats;
 };
