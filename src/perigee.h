@@ -250,7 +250,8 @@ PERIGEE_API void perigee_view_set_time_noon(perigee_view *view);
 PERIGEE_API perigee_status perigee_view_render(perigee_view *view, int width, int height);
 
 // Streams until every visible level is complete or timeout_s has passed: 0 or the code for a
-// timeout.
+// timeout. For data that stand in for what could not be had it waits up to 20 s more, once in an
+// outage.
 PERIGEE_API perigee_status perigee_view_wait(perigee_view *view, int width, int height,
                                              double timeout_s);
 // What is missing now, one "layer level: strips" entry a line, into text (cut to size). Returns the
