@@ -107,11 +107,6 @@ void clipmap_set_derives(struct clipmap *c,
     c->derives_user = user;
 }
 
-static bool rect_equal(window_rect a, window_rect b)
-{
-    return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
-}
-
 static bool alike(const window *a, const window *b)
 {
     return a->share == b->share && a->derived == b->derived;
@@ -128,7 +123,7 @@ static window_rect valid_in(const struct clipmap *c, const struct level *l, cons
 static bool level_complete(const struct clipmap *c, const struct level *l)
 {
     return !window_rect_empty(l->window.rect) &&
-           rect_equal(valid_in(c, l, &l->window), l->window.rect);
+           window_rect_equal(valid_in(c, l, &l->window), l->window.rect);
 }
 
 static void plan_start(struct clipmap *c, struct level *l)
@@ -376,7 +371,7 @@ static bool holds_parents(const struct clipmap *c, const struct level *l,
     if (l->held.share + 1 != job->window.share || window_rect_empty(l->valid)) return false;
     window_rect needs = window_rect_parents(job->rect);
     window_rect valid = window_rect_turned(&c->params.shape, l->held.share, l->valid, needs);
-    return rect_equal(window_rect_intersect(valid, needs), needs);
+    return window_rect_equal(window_rect_intersect(valid, needs), needs);
 }
 
 static bool may_derive(void *user, const struct clip_job *job)

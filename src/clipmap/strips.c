@@ -45,7 +45,7 @@ bool clip_strips_clip(clip_strips *s, window_rect keep)
     for (int i = s->first; i < s->count; i++) {
         window_rect r = s->rects[i], k = window_rect_intersect(r, keep);
         if (window_rect_empty(r)) continue;
-        if (k.row0 == r.row0 && k.row1 == r.row1 && k.col0 == r.col0 && k.col1 == r.col1) continue;
+        if (window_rect_equal(k, r)) continue;
         s->rects[i] = k;
         cut = true;
     }

@@ -134,6 +134,11 @@ bool window_rect_empty(window_rect r)
     return r.row0 >= r.row1 || r.col0 >= r.col1;
 }
 
+bool window_rect_equal(window_rect a, window_rect b)
+{
+    return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
+}
+
 window_rect window_rect_intersect(window_rect a, window_rect b)
 {
     return (window_rect){

@@ -80,6 +80,7 @@ void window_coordinates(const window_shape *shape, const window *w, double lat, 
 int window_texel(int64_t sample, int size);
 
 bool window_rect_empty(window_rect r);
+bool window_rect_equal(window_rect a, window_rect b);
 window_rect window_rect_intersect(window_rect a, window_rect b);
 
 // rect moved by whole turns of the given share so that its middle is as near to that of `near` as

@@ -132,11 +132,6 @@ void normals_note(struct normals *n, const clipmap_strip *strip)
     else p->rects[0] = strip->window.rect; // too many to tell apart: the whole window
 }
 
-static bool rect_equal(window_rect a, window_rect b)
-{
-    return a.row0 == b.row0 && a.row1 == b.row1 && a.col0 == b.col0 && a.col1 == b.col1;
-}
-
 void normals_update(struct normals *n, GLuint heights, const struct clipmap *clipmap)
 {
     begin(n, heights);
@@ -145,7 +140,7 @@ void normals_update(struct normals *n, GLuint heights, const struct clipmap *cli
         if (!p->count) continue;
         clipmap_level l = clipmap_level_state(clipmap, i);
         if (l.held.zoom != p->zoom || l.held.share != p->share) continue;
-        if (!rect_equal(l.valid, l.held.rect)) continue;
+        if (!window_rect_equal(l.valid, l.held.rect)) continue;
         for (int k = 0; k < p->count; k++) compute(n, &l.held, l.valid, p->rects[k]);
         p->count = 0;
     }

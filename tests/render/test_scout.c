@@ -19,7 +19,7 @@ struct gate {
     pthread_mutex_t lock;
     pthread_cond_t opened;
     bool shut, failing;
-    int reads, main_reads, held_up;
+    int reads, main_reads, held_up, fails; // fails: so many reads more
 };
 
 static bool gate_has(const struct source *source, tile_id id)
@@ -37,10 +37,12 @@ static status gate_read(struct source *source, tile_id id, struct want *want, vo
     g->held_up += g->shut;
     while (g->shut && !pthread_equal(pthread_self(), g->main_thread))
         pthread_cond_wait(&g->opened, &g->lock);
-    bool failing = g->failing && id.zoom == g->inner->meta.max_zoom[LAYER_HEIGHT];
+    bool finest = id.layer == LAYER_HEIGHT && id.zoom == g->inner->meta.max_zoom[LAYER_HEIGHT];
+    bool failing = finest && (g->failing || g->fails > 0);
+    g->fails -= finest && g->fails > 0;
     pthread_mutex_unlock(&g->lock);
     status s = source_read(g->inner, id, want, samples, until_s);
-    if (s || !failing || id.layer != LAYER_HEIGHT) return s;
+    if (s || !failing) return s;
     for (int i = 0; i < TILE_SIZE * TILE_SIZE; i++) ((float *)samples)[i] += 500;
     *until_s = clock_now_s(); // its time is over at once
     return OK;
@@ -199,6 +201,27 @@ static void stand_ins_go_when_the_source_recovers(void **state)
     check_recovery(&c);
 }
 
+// A source that fails for a while: a picture that is waited for has no stand-in.
+static void a_picture_waits_for_a_recovery(void **state)
+{
+    (void)state;
+    enum { FAILS = 200 }; // several times the tiles of the view
+    static unsigned char got[SCENE_WIDTH * SCENE_HEIGHT * 3], want[sizeof got];
+    const perigee_camera camera = {.lat_deg = 40, .lon_deg = 20, .alt_m = 60000, .pitch_deg = -30};
+    const perigee_view_params params = {.threads = 2};
+    for (int fails = 0; fails <= FAILS; fails += FAILS) {
+        gate_set(false);
+        gate.fails = fails;
+        perigee_planet planet = planet_open();
+        perigee_view *view = scene_view(&planet, &params);
+        picture_of(view, &camera, fails ? got : want);
+        assert_int_equal(gate.fails, 0);
+        perigee_view_destroy(&view);
+        pyramid_destroy(&planet.pyramid);
+    }
+    assert_memory_equal(got, want, sizeof want);
+}
+
 static geo_camera in_radians(const perigee_camera *c)
 {
     return (geo_camera){.position = {c->lat_deg * DEG, c->lon_deg * DEG, c->alt_m},
@@ -271,6 +294,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_do_not_wait_for_the_disk),
         cmocka_unit_test(stand_ins_go_when_the_source_recovers),
+        cmocka_unit_test(a_picture_waits_for_a_recovery),
         cmocka_unit_test(what_is_found_is_kept),
         cmocka_unit_test(guesses_are_told_from_knowledge),
     };
