@@ -38,15 +38,32 @@ static double ground_at(struct probe *b, int *zoom, double lat, double lon)
     return ground;
 }
 
-// Metres from the camera down to the terrain, never more than they are: the data under the camera,
-// less what synthesis may add to it (a fiftieth of its sample spacing).
+// Metres from the camera down to the terrain as samples of a zoom have it, less what finer detail
+// may add where there is none finer: a fiftieth of their spacing.
+static double clear_of(struct probe *b, const geodetic *p, int *zoom, double *spacing)
+{
+    double ground = ground_at(b, zoom, p->lat, p->lon);
+    *spacing = grid_step_lat(*zoom) * b->meta->ellipsoid.a;
+    return p->height - ground - 0.02 * grid_step_lat(*zoom) * b->meta->ellipsoid.a;
+}
+
+// Metres from the camera down to the terrain. By the data under the camera and, nearer than half
+// the spacing of their samples, by finer and finer ones: what synthesis makes of a slope was seen
+// to leave it by a twentieth of the spacing, 184 m in the Alps. Continuous in the camera's place.
 static double clearance(struct probe *b, const geodetic *p)
 {
+    const double far = 0.5, near = 0.25, finest = 0.2; // in spacings; m
     const struct planet_meta *m = b->meta;
-    if (p->height > 2 * m->height_max + 1e5) return p->height;
-    int zoom = finest_zoom(m);
-    double ground = ground_at(b, &zoom, p->lat, p->lon);
-    return p->height - ground - 0.02 * grid_step_lat(zoom) * m->ellipsoid.a;
+    double top = 2 * m->height_max + 1e5, below = clamp_double(2 - 2 * p->height / top, 0, 1);
+    if (below <= 0) return p->height;
+    double clear = 0, rest = 1, spacing = INFINITY;
+    for (int zoom = finest_zoom(m), held = zoom; rest > 0; held = ++zoom) {
+        double c = clear_of(b, p, &held, &spacing), finer = (far - c / spacing) / (far - near);
+        finer = held < zoom || spacing <= finest ? 0 : clamp_double(finer, 0, 1);
+        clear += rest * (1 - finer) * c;
+        rest *= finer;
+    }
+    return below * clear + (1 - below) * p->height;
 }
 
 // Height above samples about a sixty-fourth of the distance wide; NaN off a plane's map.

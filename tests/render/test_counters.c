@@ -47,7 +47,7 @@ static void test_flight_uploads_strips(void **state)
     perigee_view *view = scene_view(planet, NULL);
     double lat = 45, lon = 11, step = 250.0 / 60 / 111132;
     perigee_camera c = {.lat_deg = lat, .lon_deg = lon, .pitch_deg = -5, .fov_deg = 60};
-    c.alt_m = analytic_height(lat * M_PI / 180, lon * M_PI / 180) + 100;
+    c.alt_m = analytic_height(lat * M_PI / 180, lon * M_PI / 180) + 10;
     perigee_stats s;
     scene_render(view, &c, SCENE_WIDTH, SCENE_HEIGHT);
     perigee_view_get_stats(view, &s);
