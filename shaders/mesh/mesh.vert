@@ -21,17 +21,82 @@ layout(location = 4) out float across;
 layout(std430, binding = 0) readonly buffer Strides { uint strides[]; }; // of each draw's rings, and of its columns from bit 16 on
 #endif
 
+layout(std430, binding = 1) readonly buffer Place { float place[]; };
+layout(std430, binding = 2) readonly buffer Ring { float rings[]; };
+
+// Vertices that go, or have just come, slide onto ones that stay (src/render/stride.h). Rows of a band; the fill's first row, and
+// the first but one of the fill before; stride of the columns. Share by which every second column has slid, and by which the
+// last level's rings and the fill's have slid to those of the fill before. A band's: stride of its rings, share of every second one.
+layout(location = 0) uniform ivec4 cut;
+layout(location = 1) uniform vec2 slid;
+layout(location = 2) uniform vec2 bands[49];
+
+struct point {
+    vec3 position, ring;
+};
+
+point vertex_at(int row, int column)
+{
+    int i = 3 * (row * int(view.rings.w) + column);
+    return point(vec3(place[i], place[i + 1], place[i + 2]), vec3(rings[i], rings[i + 1], rings[i + 2]));
+}
+
+point mixed(point a, point b, float t)
+{
+    return point(mix(a.position, b.position, t), mix(a.ring, b.ring, t));
+}
+
+// The ring of the fill before on which a row of the last level or of the fill stood, or the next one outwards.
+int row_before(int row, int first)
+{
+    int half_fill = FILL_RINGS / 2, rows = int(view.rings.z);
+    int ring = row >= cut.y ? half_fill + (row - cut.y) / 2
+                            : int(float(FILL_RINGS) * (1.0 - exp2(-float(row - first) / float(rows))) + 1e-3);
+    if (row == first + rows) return row; // the fill's first
+    return ring == 0 ? first : ring < half_fill ? cut.z + ring - 1 : cut.y + 2 * (ring - half_fill);
+}
+
+// A vertex of a row slid along its radius. Loops, because software drivers skip one that no vertex is in.
+point slid_down(int row, int column)
+{
+    int first = int(view.rings.y * view.rings.z);
+    point p = vertex_at(row, column);
+    for (int i = 0; i < (row >= first && slid.y > 0.0 ? 1 : 0); i++) p = mixed(p, vertex_at(row_before(row, first), column), slid.y);
+    return p;
+}
+
+// Along its radius, then along its ring.
+point slide(point own)
+{
+    int columns = int(view.rings.w), row = gl_VertexID / columns, column = gl_VertexID - row * columns;
+    vec2 band = row < cut.y ? bands[row / cut.x] : vec2(1.0, 0.0);
+    int right = cut.w, down = max(int(band.x), 1);
+    float across = (row % cut.x / down & 1) == 1 ? band.y : 0.0;
+    // The meridian stands twice.
+    float along = ((column - (column > columns / 2 - 1 ? 1 : 0)) / right & 1) == 1 ? slid.x : 0.0;
+    bool moves = across + along > 0.0 || (slid.y > 0.0 && row >= int(view.rings.y * view.rings.z));
+    point sum = own;
+    for (int k = 0; k < (along > 0.0 ? 2 : moves ? 1 : 0); k++) {
+        int at = column - k * right;
+        point p = slid_down(row, at);
+        for (int i = 0; i < (across > 0.0 ? 1 : 0); i++) p = mixed(p, slid_down(row - down, at), across);
+        sum = k == 0 ? p : mixed(sum, p, along);
+    }
+    return sum;
+}
+
 void main()
 {
-    gl_Position = view.clip_from_tangent * vec4(position, 1.0);
-    ring_ne = ring.xy;
+    point at = slide(point(position, ring));
+    gl_Position = view.clip_from_tangent * vec4(at.position, 1.0);
+    ring_ne = at.ring.xy;
 #ifdef TEXCOORD_VERTEX
     uint row = uint(gl_VertexID) / view.rings.w;
-    vec3 at = ring;
+    vec3 r = at.ring;
 #ifdef SEAM_UNCORRECTED
-    at.y = abs(at.y) < 1e-20 ? 1e-30 : at.y; // both copies of the seam on one side
+    r.y = abs(r.y) < 1e-20 ? 1e-30 : r.y; // both copies of the seam on one side
 #endif
-    map_dlonlat = map_of_ring(at, min(float(row) / float(view.rings.z), float(view.rings.y) + 1.0));
+    map_dlonlat = map_of_ring(r, min(float(row) / float(view.rings.z), float(view.rings.y) + 1.0));
 #endif
 #ifdef IDENTIFY
     uint vertex = uint(gl_VertexID), columns = view.rings.w;

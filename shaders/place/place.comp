@@ -15,7 +15,10 @@ layout(std430, binding = 2) writeonly buffer Place { float place[]; }; // up, ea
 
 layout(location = 0) uniform uint first_cell;
 layout(location = 1) uniform uint fill_row;  // first of the fill's rows; the rings stand before it
-layout(location = 2) uniform uint fill_rows; // the fill's rings lie at 1 - j / fill_rows of the innermost ring
+// Radii of the fill's rings, of the innermost ring. After them come, of the last level's first ring, those of the outer half of
+// the fill that was there before that level came in, without that ring itself.
+layout(location = 2) uniform float fill_part[FILL_RINGS + 1 + FILL_RINGS / 2 - 1];
+
 
 vec3 ring_of(uint vertex)
 {
@@ -36,10 +39,11 @@ void main()
     if (row < fill_row) {
         r = ring_of(vertex);
     } else {
-        ring_row = (last + 1u) * rings;
+        bool before = row > fill_row + FILL_RINGS;
+        ring_row = (before ? last : last + 1u) * rings;
         r = ring_of(ring_row * columns + column);
         if (row > fill_row) {
-            r.xy *= 1.0 - float(row - fill_row) / float(fill_rows);
+            r.xy *= fill_part[row - fill_row];
             float ss = r.x * r.x + r.y * r.y;
             r.z = ss / (1.0 + sqrt(1.0 - ss));
         }

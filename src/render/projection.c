@@ -146,17 +146,32 @@ double projection_pixel(const projection *p)
     return geo_pixel_size(1, fmin(p->camera.fov_y, PROJECTION_WIDE_FOV), p->height);
 }
 
+double projection_reach(const cell_view *view)
+{
+    double reach = view->horizon + view->nadir_angle;
+    return geo_is_plane(view->ellipsoid) ? ring_plane_angle(reach) : fmin(reach, M_PI);
+}
+
 int projection_first_level(const cell_view *view)
 {
-    double angle = fmin(view->horizon + view->nadir_angle, M_PI);
-    if (geo_is_plane(view->ellipsoid)) angle = ring_plane_angle(view->horizon + view->nadir_angle);
-    double level = ring_level_of_angle(angle);
+    double level = ring_level_of_angle(projection_reach(view));
     return level < 0 ? 0 : (int)floor(level);
+}
+
+// Where samples are as wide as a pixel, between levels.
+static double last_level(const projection *p, double distance, double rows)
+{
+    double pixel = fmax(distance, 0.1) * projection_pixel(p) / p->ellipsoid.a;
+    return log2(2 * M_PI / (rows * pixel));
 }
 
 int projection_last_level(const projection *p, double distance, double rows, int levels)
 {
-    double pixel = fmax(distance, 0.1) * projection_pixel(p) / p->ellipsoid.a;
-    double level = ceil(log2(2 * M_PI / (rows * pixel)));
-    return (int)clamp_double(level, 2, levels - 1);
+    return (int)clamp_double(ceil(last_level(p, distance, rows)), 2, levels - 1);
+}
+
+double projection_last_level_age(const projection *p, double distance, double rows, int levels)
+{
+    double level = last_level(p, distance, rows), age = level - ceil(level) + 1;
+    return level <= 2 || level > levels - 1 ? INFINITY : age;
 }

@@ -44,9 +44,15 @@ dvec3 projection_unproject(const projection *p, double x_px, double y_px, double
 #define PROJECTION_WIDE_FOV (120 * M_PI / 180)
 double projection_pixel(const projection *p);
 
+// Angle from the focus beyond which nothing shows; at most pi.
+double projection_reach(const cell_view *view);
+
 // Coarsest level that can be seen (by the horizon) and finest that is worth drawing: its samples
 // (`rows` across its diameter) are no wider than a pixel on the ground `distance` metres away.
 int projection_first_level(const cell_view *view);
 int projection_last_level(const projection *p, double distance, double rows, int levels);
+// How long ago, in octaves of the distance, the last level came in; INFINITY: it is the finest or
+// the coarsest that there may be.
+double projection_last_level_age(const projection *p, double distance, double rows, int levels);
 
 #endif

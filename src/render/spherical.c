@@ -6,6 +6,7 @@
 // Neighbouring cells share the vertices of their border and compute them from the same numbers, so
 // there is nothing to crack.
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "base/log.h"
@@ -34,13 +35,15 @@ struct spherical {
     // that a height can come from any coarser level.
     bool any_level;
     bool sharp; // heights
+    bool plane; // the body
     GLuint ring_buffer, place_buffer, index_buffer, cell_buffer, vertex_array;
     GLuint place_program, mesh_program;
     int cells;
-    uint64_t *placed;        // per cell: the epoch at which it was placed
-    struct strides *strides; // per cell: of the vertices then placed
-    uint64_t epoch;
-    int fill_of;    // `last` for which the fill is placed
+    uint64_t *placed;              // per cell: the epoch at which it was placed
+    struct strides *strides;       // per cell: of the vertices then placed
+    uint64_t epoch, before_placed; // at which the rings of the fill before were placed
+    int fill_of;                   // `last` for which the fill is placed
+    float *thinned; // per band: stride of its rings, share by which every second of them has slid
     uint32_t *work; // 4 a cell
     // multi-draw arguments
     GLsizei *counts;
@@ -54,9 +57,13 @@ struct spherical {
     size_t gpu_bytes;
 };
 
+// After the rings the fill's, then those of the outer half of the fill that was there before the
+// finest level came in, between that level's first ring and the fill that is there now.
+enum { FILL_ROWS = CELL_FILL_RINGS + 1, BEFORE_ROWS = CELL_FILL_RINGS / 2 - 1 };
+
 static int vertex_rows(const ring_params *r)
 {
-    return ring_count(r) + CELL_FILL_RINGS + 1;
+    return ring_count(r) + FILL_ROWS + BEFORE_ROWS;
 }
 
 // Two triangles a quad, counter-clockwise seen from above: azimuth grows clockwise from north,
@@ -145,7 +152,7 @@ static status make_buffers(struct spherical *s, bool identify, bool plane)
     glCreateBuffers(1, &s->cell_buffer);
     make_indices(s);
     make_rings(s, plane);
-    size_t work = (size_t)s->cells * 4 * sizeof(uint32_t);
+    size_t work = ((size_t)s->cells + CELL_SECTORS) * 4 * sizeof(uint32_t);
     glNamedBufferStorage(s->cell_buffer, (GLsizeiptr)work, NULL, GL_DYNAMIC_STORAGE_BIT);
     s->gpu_bytes += work;
     if (identify) {
@@ -180,6 +187,7 @@ static void destroy(struct geometry *geometry)
     if (s->mesh_program) glDeleteProgram(s->mesh_program);
     free(s->placed);
     free(s->draw_strides);
+    free(s->thinned);
     free(s->work);
     free(s->counts);
     free(s->offsets);
@@ -199,22 +207,27 @@ static status create(const geometry_params *params, struct geometry **out)
     s->spacing_px = v->ring_spacing_px;
     s->sharp = v->filter == PERIGEE_FILTER_SHARP;
     s->any_level = v->transform != PERIGEE_TRANSFORM_STABLE;
+    s->plane = geo_is_plane(params->body);
     s->cull = !v->no_cull;
     s->cells = cell_count(&s->rings);
     size_t cells = (size_t)s->cells;
     s->placed = NEW_ARRAY(uint64_t, cells);
     s->strides = NEW_ARRAY(struct strides, cells);
     s->epoch = 1;
-    s->work = NEW_ARRAY(uint32_t, cells * 4);
+    s->thinned = NEW_ARRAY(float, 2 * (size_t)CELL_BANDS * CLIPMAP_MAX_LEVELS);
+    s->work = NEW_ARRAY(uint32_t, (cells + CELL_SECTORS) * 4);
     s->counts = NEW_ARRAY(GLsizei, cells);
     s->offsets = NEW_ARRAY(const void *, cells);
     s->bases = NEW_ARRAY(GLint, cells);
     s->drawn = NEW_ARRAY(int, cells);
     s->draw_strides = NEW_ARRAY(uint32_t, cells);
-    status r = make_buffers(s, v->identify, geo_is_plane(params->body));
-    if (!r) r = gpu_program_create_compute("place/place.comp", params->defines, &s->place_program);
+    char defines[512];
+    snprintf(defines, sizeof defines, "%s#define FILL_RINGS %d\n", params->defines,
+             CELL_FILL_RINGS);
+    status r = make_buffers(s, v->identify, s->plane);
+    if (!r) r = gpu_program_create_compute("place/place.comp", defines, &s->place_program);
     if (!r)
-        r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", params->defines,
+        r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", defines,
                                       &s->mesh_program);
     if (!r) *out = &s->base;
     else destroy(&s->base);
@@ -231,14 +244,38 @@ static void invalidate(struct geometry *geometry)
     spherical_of(geometry)->epoch++;
 }
 
+// The finest level is that in whose fill the rings keep the spacing; no finer than the windows.
+static double fill_rows(const struct geometry *geometry)
+{
+    return 4 * CELL_FILL_RINGS * fmax(spherical_of_const(geometry)->spacing_px, 4);
+}
+
 // The mesh begins at the horizon.
 static void choose_levels(const struct geometry *geometry, const geometry_frame *f, int *first,
                           int *last)
 {
-    // Where the rings of the fill keep the spacing; no finer than the windows.
-    double rows = 4 * CELL_FILL_RINGS * fmax(spherical_of_const(geometry)->spacing_px, 4);
-    *last = projection_last_level(f->projection, f->gaze.distance, rows, f->finest + 1);
+    *last =
+        projection_last_level(f->projection, f->gaze.distance, fill_rows(geometry), f->finest + 1);
     *first = projection_first_level(&f->view);
+}
+
+// Radius of the fill's rings, that stand at equal angles, in radii of the ring at the angle
+// `outer`.
+static double fill_part(const struct spherical *s, double outer, int ring)
+{
+    double angle = outer * (1 - (double)ring / CELL_FILL_RINGS);
+    if (s->plane) return ring_plane_radius(angle) / ring_plane_radius(outer);
+    return sin(angle) / sin(outer);
+}
+
+static void set_fill(const struct spherical *s, int last)
+{
+    float part[FILL_ROWS + BEFORE_ROWS];
+    double outer = ring_angle(&s->rings, last * s->rings.rings_per_level), inner = outer / 2;
+    for (int k = 0; k < FILL_ROWS; k++) part[k] = (float)fill_part(s, inner, k);
+    for (int k = 0; k < BEFORE_ROWS; k++) part[FILL_ROWS + k] = (float)fill_part(s, outer, k + 1);
+    glProgramUniform1ui(s->place_program, 1, (GLuint)ring_count(&s->rings));
+    glProgramUniform1fv(s->place_program, 2, FILL_ROWS + BEFORE_ROWS, part);
 }
 
 // One dispatch for each run of cells of one size.
@@ -250,8 +287,6 @@ static void place(struct spherical *s, uint32_t count, uint64_t *placed)
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, s->cell_buffer);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, s->ring_buffer);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, s->place_buffer);
-    glUniform1ui(1, (GLuint)ring_count(&s->rings));
-    glUniform1ui(2, CELL_FILL_RINGS);
     for (uint32_t i = 0, run; i < count; i += run) {
         const uint32_t *w = s->work + 4 * (size_t)i;
         for (run = 1; i + run < count && w[4 * run + 1] == w[1]; run++) {
@@ -261,7 +296,7 @@ static void place(struct spherical *s, uint32_t count, uint64_t *placed)
         glDispatchCompute((vertices + 63) / 64, run, 1);
         *placed += (uint64_t)vertices * run;
     }
-    glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT);
+    glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT);
 }
 
 // What of the rings is drawn.
@@ -269,13 +304,15 @@ struct ring_draw {
     const cell_view *view;
     ring_sight sight;
     int first, last; // levels
+    double newness; // of the last: 1 where it comes in, falling to 0. By that share it and the fill
+                    // have slid onto the rings of the fill that was there before
 };
 
 struct selection {
     GLsizei draws;
     uint32_t work;
     uint64_t triangles;
-    int column_stride;
+    thinning columns;
 };
 
 static bool placed_by(const struct spherical *s, int cell, struct strides by)
@@ -341,20 +378,39 @@ static int log2_of(int stride)
     return k;
 }
 
+// While the last level is new its rings and the fill's slide over each other's ground.
+static bool sector_visible(const struct spherical *s, const struct ring_draw *d,
+                           const struct range *heights, int level, int band, int sector)
+{
+    const int fill = s->rings.levels, near[][2] = {{fill, 0}, {d->last, 0}, {d->last, 1}};
+    bool sliding = d->newness > 0 && (level == d->last || level == fill), visible = false;
+    for (int i = 0; i < (sliding ? 3 : 1) && !visible; i++) {
+        int cell =
+            sliding ? cell_index(near[i][0], near[i][1], sector) : cell_index(level, band, sector);
+        visible = cell_visible(&s->rings, d->view, cell, d->last, heights->low, heights->high);
+    }
+    return visible;
+}
+
 static void select_band(struct spherical *s, const struct ring_draw *d, const struct range *heights,
                         int level, int band, struct selection *sel)
 {
     bool fill = level == s->rings.levels;
-    struct strides by = {1, sel->column_stride};
-    if (!fill) by.rings = ring_stride(&s->rings, &d->sight, level, band);
+    struct strides by = {1, sel->columns.stride};
+    if (!fill) {
+        thinning rings = thin_rings(&s->rings, &d->sight, level, band);
+        float *thinned = s->thinned + 2 * (level * CELL_BANDS + band);
+        by.rings = rings.stride;
+        // A new level's rings do not slide onto each other while they are on those before.
+        double new = level == d->last ? d->newness : 0;
+        thinned[0] = (float)rings.stride;
+        thinned[1] = (float)(fmax(0, rings.slid - new) / (1 - new));
+    }
     const struct index_list *list =
         &s->lists[log2_of(by.columns)][fill ? STRIDE_COUNT : log2_of(by.rings)];
-    for (int k = 0; k < CELL_SECTORS; k++) {
-        int cell = cell_index(level, band, k);
-        if (!s->cull ||
-            cell_visible(&s->rings, d->view, cell, d->last, heights->low, heights->high))
-            select_cell(s, cell, list, by, sel);
-    }
+    for (int k = 0; k < CELL_SECTORS; k++)
+        if (!s->cull || sector_visible(s, d, heights, level, band, k))
+            select_cell(s, cell_index(level, band, k), list, by, sel);
 }
 
 static void select_levels(struct spherical *s, const struct windows *w, const struct ring_draw *d,
@@ -369,13 +425,38 @@ static void select_levels(struct spherical *s, const struct windows *w, const st
     }
 }
 
+// The rings of the fill before, all around.
+static void select_before(struct spherical *s, struct selection *sel)
+{
+    for (int k = 0; k < CELL_SECTORS; k++) {
+        cell_span v = cell_vertices(&s->rings, cell_fill_index(&s->rings, k));
+        const uint32_t one = 1u << 16;
+        uint32_t *w = s->work + 4 * sel->work++;
+        w[0] = v.row + FILL_ROWS;
+        w[1] = BEFORE_ROWS | one;
+        w[2] = v.column;
+        w[3] = v.columns | one;
+    }
+}
+
 // The fill stands inside the finest level, whose own height level changes with it.
 static void place_fill_anew(struct spherical *s, int last)
 {
     if (s->fill_of == last) return;
+    set_fill(s, last);
     for (int k = 0; k < CELL_SECTORS; k++) s->placed[cell_fill_index(&s->rings, k)] = 0;
     invalidate(&s->base);
     s->fill_of = last;
+}
+
+// A finest level comes in over a fifth of an octave of distance.
+static double newness_of(const struct spherical *s, const geometry_frame *f)
+{
+    const double comes_in = 0.2;
+    double distance = f->gaze.distance, rows = fill_rows(&s->base);
+    if (projection_last_level(f->projection, distance, rows, f->finest + 1) != f->last) return 0;
+    double age = projection_last_level_age(f->projection, distance, rows, f->finest + 1);
+    return fmax(0, 1 - fmax(age, 1e-6) / comes_in);
 }
 
 static struct ring_draw ring_draw_of(const struct spherical *s, const geometry_frame *f)
@@ -383,6 +464,7 @@ static struct ring_draw ring_draw_of(const struct spherical *s, const geometry_f
     const projection *p = f->projection;
     return (struct ring_draw){
         .view = &f->view,
+        .newness = newness_of(s, f),
         .sight = {.radius = p->ellipsoid.a,
                   .altitude = p->camera.position.height,
                   .pixel = projection_pixel(p),
@@ -399,8 +481,11 @@ static void draw(struct geometry *geometry, const geometry_frame *frame, geometr
     struct spherical *s = spherical_of(geometry);
     struct ring_draw d = ring_draw_of(s, frame);
     place_fill_anew(s, d.last);
-    struct selection sel = {.column_stride = column_stride(&s->rings, &d.sight, d.first, d.last)};
+    double reach = projection_reach(&frame->view);
+    struct selection sel = {.columns = thin_columns(&s->rings, &d.sight, reach, d.last)};
     select_levels(s, frame->windows, &d, &sel);
+    if (d.newness > 0 && s->before_placed != s->epoch) select_before(s, &sel);
+    if (d.newness > 0) s->before_placed = s->epoch;
     place(s, sel.work, &counts->vertices_placed);
 
     uint64_t per_level = (uint64_t)s->rings.azimuth_steps * (uint64_t)s->rings.rings_per_level * 2;
@@ -413,6 +498,13 @@ static void draw(struct geometry *geometry, const geometry_frame *frame, geometr
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, s->stride_buffer);
     }
     glUseProgram(s->mesh_program);
+    GLint fill = ring_count(&s->rings);
+    glUniform4i(0, s->rings.rings_per_level / CELL_BANDS, fill, fill + FILL_ROWS,
+                sel.columns.stride);
+    glUniform2f(1, (float)sel.columns.slid, (float)d.newness);
+    glUniform2fv(2, CELL_BANDS * s->rings.levels, s->thinned);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, s->place_buffer);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, s->ring_buffer);
     glBindVertexArray(s->vertex_array);
     if (sel.draws)
         glMultiDrawElementsBaseVertex(GL_TRIANGLES, s->counts, GL_UNSIGNED_INT,

@@ -25,37 +25,62 @@ static double upright(const ring_sight *s, double angle, double distance)
     return sqrt(1 - steep * steep);
 }
 
-// Whether vertices may stand so far apart (m) at an angle from the focus.
-static bool keeps(const ring_sight *s, double length, double angle)
+// By how much vertices so far apart (m) at an angle from the focus are too far apart; they may be
+// where it is at most 1.
+static double excess(const ring_sight *s, double length, double angle)
 {
+    if (!(s->spacing_px > 0)) return INFINITY;
     double distance = distance_to(&s->gaze, angle * s->radius), pixel = distance * s->pixel;
     double sag = length * length / (8 * s->radius) * upright(s, angle, distance);
-    return length <= s->spacing_px * pixel && sag <= SAG_PX * pixel;
+    return fmax(length / (s->spacing_px * pixel), sag / (SAG_PX * pixel));
 }
 
-int ring_stride(const ring_params *rings, const ring_sight *sight, int level, int band)
+// What is left out next slides away over this factor of the excess.
+#define SLIDES_FROM 1.2
+
+static double slid_at(double excess)
 {
-    int count = rings->rings_per_level / CELL_BANDS, stride = 1;
+    return fmax(0, fmin(1, (SLIDES_FROM - excess) / (SLIDES_FROM - 1)));
+}
+
+thinning thin_rings(const ring_params *rings, const ring_sight *sight, int level, int band)
+{
+    int count = rings->rings_per_level / CELL_BANDS;
     int outer = level * rings->rings_per_level + band * count;
     double angle = ring_angle(rings, outer);
     double gap = (angle - ring_angle(rings, outer + 1)) * sight->radius;
-    while (stride < STRIDE_MAX && count % (2 * stride) == 0 &&
-           keeps(sight, 2 * stride * gap, angle))
-        stride *= 2;
-    return stride;
+    for (thinning t = {1, 0};; t.stride *= 2) {
+        if (t.stride == STRIDE_MAX || count % (2 * t.stride)) return t;
+        double e = excess(sight, 2 * t.stride * gap, angle);
+        t.slid = slid_at(e);
+        if (e > 1) return t;
+        t.slid = 0;
+    }
 }
 
-int column_stride(const ring_params *rings, const ring_sight *sight, int first, int last)
+// Of all bands' rings from `last` out to `reach`, the largest excess at a column's step `step`.
+static double columns_excess(const ring_params *rings, const ring_sight *sight, double step,
+                             double reach, int last)
 {
-    int count = rings->azimuth_steps / CELL_SECTORS, stride = 1;
-    double step = 2 * M_PI / rings->azimuth_steps * sight->radius;
-    bool kept = true;
-    while (kept && stride < STRIDE_MAX && count % (2 * stride) == 0) {
-        for (int i = first * CELL_BANDS; kept && i < (last + 1) * CELL_BANDS; i++) {
-            double angle = ring_angle(rings, (double)i * rings->rings_per_level / CELL_BANDS);
-            kept = keeps(sight, 2 * stride * step * sin(fmin(angle, M_PI / 2)), angle);
-        }
-        if (kept) stride *= 2;
+    double most = 0;
+    for (int i = (last + 1) * CELL_BANDS - 1; i >= 0; i--) {
+        double ring = ring_angle(rings, (double)i * rings->rings_per_level / CELL_BANDS),
+               angle = fmin(ring, reach);
+        most = fmax(most, excess(sight, step * sin(fmin(angle, M_PI / 2)), angle));
+        if (ring >= reach) break;
     }
-    return stride;
+    return most;
+}
+
+thinning thin_columns(const ring_params *rings, const ring_sight *sight, double reach, int last)
+{
+    int count = rings->azimuth_steps / CELL_SECTORS;
+    double step = 2 * M_PI / rings->azimuth_steps * sight->radius;
+    for (thinning t = {1, 0};; t.stride *= 2) {
+        if (t.stride == STRIDE_MAX || count % (2 * t.stride)) return t;
+        double e = columns_excess(rings, sight, 2 * t.stride * step, reach, last);
+        t.slid = slid_at(e);
+        if (e > 1) return t;
+        t.slid = 0;
+    }
 }

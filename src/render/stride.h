@@ -3,7 +3,14 @@
 // a far focus). By the place of camera and focus only, so that a frame does not depend on the path
 // that led to it. A band draws every second, fourth or eighth
 // ring as it needs; columns are left out of the whole frame alike. So neighbouring bands share the
-// vertices of the ring between them, and nothing can crack. Pure functions. Any thread.
+// vertices of the ring between them, and nothing can crack.
+//
+// Nothing pops either: of the vertices drawn, every second ring and column slides onto the one
+// before it while the stride is about to double, and is gone when it does (mesh/mesh.vert).
+// Vertices that sank into the chord between their neighbours instead would leave the triangles'
+// diagonals to jump.
+//
+// Pure functions. Any thread.
 #ifndef PERIGEE_RENDER_STRIDE_H
 #define PERIGEE_RENDER_STRIDE_H
 
@@ -21,11 +28,18 @@ typedef struct ring_sight {
     gaze gaze;
 } ring_sight;
 
-// The largest power of two up to STRIDE_MAX that divides the band's rings and keeps the spacing.
-int ring_stride(const ring_params *rings, const ring_sight *sight, int level, int band);
+// One in `stride` is drawn, a power of two up to STRIDE_MAX; of those, every second one has slid
+// onto the one before it by the share `slid`, which is 1 where the stride doubles.
+typedef struct thinning {
+    int stride;
+    double slid;
+} thinning;
 
-// The largest power of two up to STRIDE_MAX that divides a cell's columns and keeps the spacing in
-// all levels from `first` to `last`.
-int column_stride(const ring_params *rings, const ring_sight *sight, int first, int last);
+// Of a band's rings: the largest stride that divides them and keeps the spacing.
+thinning thin_rings(const ring_params *rings, const ring_sight *sight, int level, int band);
+
+// Of a cell's columns: the largest stride that divides them and keeps the spacing from the level
+// `last` out to the angle `reach` from the focus.
+thinning thin_columns(const ring_params *rings, const ring_sight *sight, double reach, int last);
 
 #endif

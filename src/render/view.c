@@ -193,13 +193,14 @@ static dvec3 sun_direction(const perigee_view *v)
 }
 
 // True when it differs from the last frame's. Vertices stand relative to the camera, in the frame
-// of the focus.
+// of the focus, as many as its distance asks for.
 static bool find_gaze(perigee_view *v, double aspect)
 {
     gaze was = v->gaze, now = v->gaze = scout_look(v->scout, &v->camera, aspect);
-    bool moved = now.lat != was.lat || now.lon != was.lon;
+    bool moved = now.lat != was.lat || now.lon != was.lon || now.distance != was.distance ||
+                 now.nearest != was.nearest;
     v->placed_dirty |= moved;
-    return moved || now.distance != was.distance || now.nearest != was.nearest;
+    return moved;
 }
 
 // In every mode the windows end where 256 samples across a ring are no wider than a pixel.
