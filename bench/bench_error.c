@@ -3,7 +3,8 @@
 //   bench_error PLANET [SETTING [PART-OF-A-VIEW'S-NAME]]
 //       a row a view: error, triangles drawn and visible for each pixel of ground
 //   bench_error --levels PLANET [...]   and a row for each level of rings
-//   bench_error --time PLANET [...]     and the time of a frame of a turning camera, default = 1
+//   bench_error --time PLANET [...]     and the time of a frame of a turning camera, default = 1,
+//   ms
 // SETTING: the name of one, or `all`. Errors are in pixels of 1280 x 960 (error_judge.h).
 #include <epoxy/gl.h>
 #include <math.h>
@@ -81,23 +82,26 @@ static double turn(const struct bench *b, perigee_view *view, perigee_camera c, 
 }
 
 // Median time of a frame over that of the default's, turn by turn in exchange, so that what else
-// the machine does falls on both.
-static double time_ratio(const struct bench *b, const perigee_view_params *params,
-                         const perigee_camera *c)
+// the machine does falls on both; then the median time itself.
+static void print_time(const struct bench *b, const perigee_view_params *params,
+                       const perigee_camera *c)
 {
     perigee_view *one, *other;
-    double ratio[TURNS];
+    double ratio[TURNS], ms[TURNS];
     if (perigee_view_create(b->planet, params, &one) ||
         perigee_view_create(b->planet, NULL, &other))
         exit(1);
     for (int i = -2; i < TURNS; i++) {
         double mine = turn(b, one, *c, i), base = turn(b, other, *c, i);
-        if (i >= 0) ratio[i] = mine / base;
+        if (i < 0) continue;
+        ratio[i] = mine / base;
+        ms[i] = 1e3 * mine;
     }
     perigee_view_destroy(&one);
     perigee_view_destroy(&other);
     qsort(ratio, TURNS, sizeof *ratio, ascending);
-    return ratio[TURNS / 2];
+    qsort(ms, TURNS, sizeof *ms, ascending);
+    printf(",%.2f,%.3f", ratio[TURNS / 2], ms[TURNS / 2]);
 }
 
 static void print_stat(const char *setting, const char *view, const char *level,
@@ -122,7 +126,7 @@ static void measure(const struct bench *b, const struct setting *setting, perige
     printf(",%llu,%.3f,%.3f,%.1f", (unsigned long long)stats.triangles_drawn,
            (double)stats.triangles_drawn / pixels, (double)seen.visible / pixels,
            (double)stats.gpu_bytes / 1048576);
-    if (b->time) printf(",%.2f", time_ratio(b, &setting->params, &c));
+    if (b->time) print_time(b, &setting->params, &c);
     printf("\n");
     for (int l = 0; b->levels && l < ERROR_LEVELS; l++) {
         char name[8];
@@ -138,7 +142,7 @@ static void measure_all(const struct bench *b)
 {
     printf("setting,view,level,pixels,rms_px,rank_999_px,max_px,above_1px,triangles,drawn_px,"
            "visible_px,gpu_mib%s\n",
-           b->time ? ",time" : "");
+           b->time ? ",time,time_ms" : "");
     for (int s = 0; s < SETTING_COUNT; s++) {
         perigee_view *view;
         perigee_view_params params = SETTINGS[s].params;

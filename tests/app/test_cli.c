@@ -317,7 +317,8 @@ static void test_faults(void **state)
 static void test_no_gpu(void **state)
 {
     (void)state;
-    run("__EGL_VENDOR_LIBRARY_DIRS=none render --quiet hills.planet -o a.png");
+    run("__EGL_VENDOR_LIBRARY_FILENAMES=none __EGL_VENDOR_LIBRARY_DIRS=none render --quiet "
+        "hills.planet -o a.png");
     assert_int_equal(answer.status, 1);
     if (count_lines(answer.err) != 1) fail_msg("not one line: %s", answer.err);
     assert_int_equal(access("a.png", F_OK), -1);

@@ -1,8 +1,10 @@
 #include "gpu/gpu_fixture.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <epoxy/gl.h>
 
@@ -34,6 +36,14 @@ int gpu_fixture_open(void)
     printf("%s, OpenGL %s\n", (const char *)glGetString(GL_RENDERER),
            (const char *)glGetString(GL_VERSION));
     return 0;
+}
+
+double gpu_fixture_snap_px(void)
+{
+    GLint bits = 0;
+    glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
+    return strstr((const char *)glGetString(GL_RENDERER), "llvmpipe") ? 0
+                                                                      : M_SQRT2 * ldexp(0.5, -bits);
 }
 
 void gpu_fixture_forgive(void)

@@ -13,6 +13,10 @@ int gpu_fixture_open(void);
 // Destroys the context. `rc`, or 1 when a GL error was left behind or reported and not forgiven.
 int gpu_fixture_close(int rc);
 
+// How far the rasteriser may move a vertex on the screen, px: half a step of its grid of
+// GL_SUBPIXEL_BITS both ways. 0 for Mesa's software, which interpolates as if it had moved none.
+double gpu_fixture_snap_px(void);
+
 // Forgets the GL errors so far: for tests that provoke them.
 void gpu_fixture_forgive(void);
 

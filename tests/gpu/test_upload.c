@@ -75,11 +75,13 @@ static void test_content(void **state)
     int refused = 0;
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 100); // another program's state: neither used nor lost
     for (int frame = 0; frame < FRAMES; frame++) {
+        if (frame % 3 == 2) glFinish(); // then no share is in use
         if (gpu_upload_begin(u)) {
             while (upload_some(u, roll(0, 1) ? &heights : &colors)) continue;
             gpu_upload_end(u);
         } else {
             refused++;
+            assert_true(frame % 3 != 2);
             assert_int_equal(gpu_upload_room(u), 0);
         }
         if (frame % 50 == 49) check_window(&heights), check_window(&colors);
@@ -94,7 +96,6 @@ static void test_content(void **state)
     assert_int_equal(gpu_upload_total(u), heights.sent + colors.sent);
     print_message("%zu bytes in %d frames, %d of them refused\n", gpu_upload_total(u), FRAMES,
                   refused);
-    assert_true(refused < FRAMES / 2);
     gpu_upload_destroy(&u);
     assert_null(u);
     gpu_upload_destroy(&u);

@@ -2,6 +2,7 @@
 // and ground, at the equator, 60 N and both poles. Error in pixels: what separates rendered point
 // and surface, seen from the camera.
 #include "render/scene.h"
+#include "gpu/gpu_fixture.h"
 
 enum { PIXELS = 1500 };
 
@@ -179,7 +180,7 @@ static void test_every_variant(void **state)
         print_message("%-8s: rms %.5f  99.9 %% %.5f  worst %.5f px\n", variants[i].name, s.rms,
                       s.p999, s.worst);
         assert_true(s.compared > PIXELS / 6);
-        assert_true(s.rms <= variants[i].rms);
+        assert_true(s.rms <= variants[i].rms + gpu_fixture_snap_px());
         perigee_view_destroy(&view);
     }
     perigee_planet_close(&planet);

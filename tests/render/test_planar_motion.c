@@ -4,6 +4,7 @@
 #include "render/temporal.h"
 
 #include "geo/nest.h"
+#include "gpu/gpu_fixture.h"
 
 static const double RAD = M_PI / 180;
 
@@ -48,7 +49,7 @@ static void test_squares_move_unseen(void **state)
         snprintf(name, sizeof name, "square of level %d moves", level);
         show(name, &change);
         assert_true(change.compared > TEMPORAL_PIXELS / 8);
-        assert_true(change.p999_px <= 0.0012);
+        assert_true(change.p999_px <= 0.0012 + 2 * gpu_fixture_snap_px());
         assert_true(change.rms_px <= 0.004); // a single pixel at an edge of the relief may flip
         assert_true(change.rms <= 0.05);
     }
@@ -146,8 +147,8 @@ static void test_terrain_is_at_its_place(void **state)
         char name[64];
         snprintf(name, sizeof name, "%g N, %g m above ground", views[i].lat, views[i].above);
         show(name, &change);
-        assert_true(change.rms_px <= views[i].rms);
-        assert_true(change.p999_px <= views[i].p999);
+        assert_true(change.rms_px <= views[i].rms + gpu_fixture_snap_px());
+        assert_true(change.p999_px <= views[i].p999 + gpu_fixture_snap_px());
         assert_true(change.compared > TEMPORAL_PIXELS / 8);
     }
     temporal_close(&s);
