@@ -2,34 +2,42 @@
 // size of the holes as four bytes (little-endian), the holes, the differences.
 #include "planet/codec_grid.h"
 
+#include <float.h>
 #include <libaec.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/vector.h"
+
 enum { SAMPLES = TILE_SIZE * TILE_SIZE, HEAD = 12, BLOCK = 16, BLOCKS_A_REFERENCE = 128 };
 
 static const char magic[4] = {'P', 'G', 'L', '1'};
 
-bool grid_round(const float *samples, int exponent, int32_t *counts, bool *holes)
+// The whole number nearest to |v| < 2^23, ties to the even one.
+VECTOR_INLINE int32_t nearest_small(float v)
 {
-    const float scale = ldexpf(1, -exponent), limit = (float)GRID_COUNT_LIMIT;
-    bool good = true;
-    int bad = 0;
-    for (int i = 0; i < SAMPLES; i++) {
-        float v = samples[i] * scale;
-        bool here = fabsf(v) < limit;
-        good &= here || !isfinite(samples[i]);
-        bad += !isfinite(samples[i]);
-        counts[i] = grid_nearest(here ? v : 0);
-    }
-    *holes = bad > 0;
-    for (int i = 1; bad && i < SAMPLES; i++)
-        if (!isfinite(samples[i])) counts[i] = counts[i - 1];
-    return good;
+    float shift = copysignf(0x1p23f, v); // floats of this size and twice it are the whole numbers
+    return (int32_t)(v + shift - shift);
 }
 
-void grid_heights(const int32_t *counts, int exponent, float *samples)
+VECTOR_CLONES bool grid_round(const float *samples, int exponent, int32_t *counts, bool *holes)
+{
+    const float scale = ldexpf(1, -exponent), limit = (float)GRID_COUNT_LIMIT;
+    int missing = 0, high = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        float v = samples[i] * scale, size = fabsf(v);
+        missing |= !(fabsf(samples[i]) <= FLT_MAX);
+        high |= (size >= limit) & (fabsf(samples[i]) <= FLT_MAX);
+        counts[i] = nearest_small(size < limit ? v : 0);
+    }
+    *holes = missing;
+    for (int i = 1; missing && i < SAMPLES; i++)
+        if (!isfinite(samples[i])) counts[i] = counts[i - 1];
+    return !high;
+}
+
+VECTOR_CLONES void grid_heights(const int32_t *counts, int exponent, float *samples)
 {
     const float quantum = ldexpf(1, exponent);
     for (int i = 0; i < SAMPLES; i++) samples[i] = (float)counts[i] * quantum;
@@ -53,7 +61,7 @@ static int32_t predict(int32_t west, int32_t north, int32_t corner)
     return plane < low ? low : plane > high ? high : plane;
 }
 
-static void take_differences(const int32_t *counts, uint32_t *out)
+VECTOR_CLONES static void take_differences(const int32_t *counts, uint32_t *out)
 {
     for (int y = 0; y < TILE_SIZE; y++) {
         const int32_t *row = counts + (size_t)y * TILE_SIZE, *above = row - TILE_SIZE;
@@ -83,7 +91,7 @@ static void add_differences(const uint32_t *in, int32_t *counts)
     }
 }
 
-static int bits_of(const uint32_t *values)
+VECTOR_CLONES static int bits_of(const uint32_t *values)
 {
     uint32_t all = 0;
     int bits = 1;
@@ -98,7 +106,7 @@ static int bytes_of(int bits)
     return bits <= 8 ? 1 : bits <= 16 ? 2 : 4;
 }
 
-static void narrow(const uint32_t *values, int bytes, void *out)
+VECTOR_CLONES static void narrow(const uint32_t *values, int bytes, void *out)
 {
     for (int i = 0; i < SAMPLES; i++) {
         if (bytes == 1) ((uint8_t *)out)[i] = (uint8_t)values[i];
@@ -107,7 +115,7 @@ static void narrow(const uint32_t *values, int bytes, void *out)
     }
 }
 
-static void widen(const void *in, int bytes, uint32_t *values)
+VECTOR_CLONES static void widen(const void *in, int bytes, uint32_t *values)
 {
     for (int i = 0; i < SAMPLES; i++)
         values[i] = bytes == 1   ? ((const uint8_t *)in)[i]

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/vector.h"
 #include "planet/codec_bounded.h"
 #include "planet/codec_grid.h"
 #include "planet/codec_predict.h"
@@ -181,6 +182,12 @@ status codec_height_encode(const float *samples, codec_blob *out)
     return OK;
 }
 
+VECTOR_CLONES static void take_rounded(const int32_t *counts, float quantum, float *samples)
+{
+    for (int i = 0; i < SAMPLES; i++)
+        samples[i] = isfinite(samples[i]) ? (float)counts[i] * quantum : NAN;
+}
+
 status codec_height_encode_grid(float *samples, int exponent, codec_blob *out)
 {
     *out = (codec_blob){0};
@@ -191,9 +198,7 @@ status codec_height_encode_grid(float *samples, int exponent, codec_blob *out)
     if (!grid_round(samples, exponent, counts, &holes)) {
         s = codec_height_encode(samples, out);
     } else {
-        const float quantum = ldexpf(1, exponent);
-        for (int i = 0; i < SAMPLES; i++)
-            samples[i] = isfinite(samples[i]) ? (float)counts[i] * quantum : NAN;
+        take_rounded(counts, ldexpf(1, exponent), samples);
         if (!uniform_encode_height(samples, out))
             s = grid_encode(counts, exponent, holes ? samples : NULL, out);
     }

@@ -15,6 +15,7 @@
 #define PERIGEE_PLANET_FILTER_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "planet/grid.h"
 
@@ -26,10 +27,29 @@
 // returns.
 typedef const float *(*filter_fetch)(void *user, tile_id child, bool *has_nan);
 
+// Child sample rows beyond the first and last of a tile's children that its filter reaches.
+enum { FILTER_MARGIN = 3, FILTER_LINES = 2 * TILE_SIZE + 2 * FILTER_MARGIN };
+
+// Room that grows as needed, and what tiles side by side have in common; zero to begin with. One
+// thread at a time.
+struct filter_room {
+    int zoom, row; // whose taps are there
+    struct filter_taps *taps;
+    float *weights, *strip, *phases;
+    size_t taps_used, taps_size, weights_used, weights_size, held_size;
+    size_t first[TILE_SIZE + 1]; // of the taps of each sample row
+    struct filter_span {
+        int64_t start;
+        int count;
+    } spans[FILTER_LINES];
+};
+
+void filter_room_deinit(struct filter_room *room);
+
 // planes: channels x 256 x 256, the mean of the children that have data, NaN where none has.
 // coverage: 256 x 256, the share of the filter's weight that had data, in [0, 1]. The layer of
 // `parent` is passed on to `fetch`.
-void filter_parent(tile_id parent, int channels, filter_fetch fetch, void *user, float *planes,
-                   float *coverage);
+void filter_parent(tile_id parent, int channels, filter_fetch fetch, void *user,
+                   struct filter_room *room, float *planes, float *coverage);
 
 #endif

@@ -158,7 +158,9 @@ status import_base_read_alone(struct import_base *b, tile_id id, double step, fl
     float *mean = malloc((size_t)(channels + 1) * SAMPLES * sizeof *mean);
     if (!mean) return ERR_MEMORY;
     float *shares = mean + channels * SAMPLES;
-    filter_parent(id, channels, fetch_child, &c, mean, shares);
+    struct filter_room room = {0};
+    filter_parent(id, channels, fetch_child, &c, &room, mean, shares);
+    filter_room_deinit(&room);
     if (!c.failed) take_off(planes, channels, mean, shares, step);
     for (int i = 0; i < c.count; i++) free(c.planes[i]);
     free(c.planes);

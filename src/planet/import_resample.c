@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/vector.h"
+
 // Standard deviation of a cubic B-spline of unit spacing is sqrt(1/3); SPREAD makes it 0.45.
 #define SPREAD 0.7794
 // Above this many raster columns in a tile row's width, columns are first averaged in groups that
@@ -18,6 +20,7 @@ struct window {
     int first, last; // tile rows, inclusive
     int64_t row0, col0;
     int rows, cols, group;
+    bool solid; // no sample is missing
 };
 
 static float *reserve(float **room, size_t *size, size_t need)
@@ -174,6 +177,13 @@ static status load_lines(struct raster *raster, const struct window *w, struct r
     return OK;
 }
 
+VECTOR_CLONES static bool is_solid(const float *samples, size_t count)
+{
+    int missing = 0;
+    for (size_t i = 0; i < count; i++) missing |= samples[i] != samples[i];
+    return !missing;
+}
+
 static status load_window(struct raster *raster, const struct window *w, struct resample_room *room)
 {
     const raster_grid *g = w->grid;
@@ -188,31 +198,44 @@ static status load_window(struct raster *raster, const struct window *w, struct 
     return raster_read(raster, (int)col, (int)w->row0, w->cols, w->rows, room->planes);
 }
 
-// Catmull-Rom between b and c, held between them; NaN neighbours are replaced, the nearer of b and
-// c must be there. Without branches, as all that follows, so that compilers make vector code of it.
-static inline float cubic(float a, float b, float c, float d, float t)
+// Catmull-Rom between b and c, held between them. Without branches, as all that follows, so that
+// compilers make vector code of it.
+VECTOR_INLINE float cubic_held(float a, float b, float c, float d, float t)
 {
-    a = a == a ? a : b;
-    d = d == d ? d : c;
     float v = b + 0.5f * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
-    float low = b < c ? b : c, high = b < c ? c : b, near = t < 0.5f ? b : c;
+    float low = b < c ? b : c, high = b < c ? c : b;
     v = v < low ? low : v;
-    v = v > high ? high : v;
+    return v > high ? high : v;
+}
+
+// The same where samples may be missing (`solid`: none is): NaN neighbours are replaced, the nearer
+// of b and c must be there.
+VECTOR_INLINE float cubic(float a, float b, float c, float d, float t, bool solid)
+{
+    if (solid) return cubic_held(a, b, c, d, t);
+    float near = t < 0.5f ? b : c, v = cubic_held(a == a ? a : b, b, c, d == d ? d : c, t);
     return (b == b) & (c == c) ? v : near;
 }
 
+VECTOR_INLINE void cubic_rows(const float *b, size_t cols, float t, bool solid, float *column)
+{
+    const float *a = b - cols, *c = b + cols, *d = c + cols;
+    for (size_t i = 0; i < cols; i++) column[i] = cubic(a[i], b[i], c[i], d[i], t, solid);
+}
+
 // One tile row from the four raster rows around it: `column` receives w->cols values.
-static void interpolate_rows(const struct window *w, const float *plane, double v, float *column)
+VECTOR_CLONES static void interpolate_rows(const struct window *w, const float *plane, double v,
+                                           float *column)
 {
     double base = floor(v);
     float t = (float)(v - base);
     size_t cols = (size_t)w->cols;
-    const float *b = plane + (size_t)((int64_t)base - w->row0) * cols;
-    const float *a = b - cols, *c = b + cols, *d = c + cols;
-    for (size_t i = 0; i < cols; i++) column[i] = cubic(a[i], b[i], c[i], d[i], t);
+    const float *row = plane + (size_t)((int64_t)base - w->row0) * cols;
+    if (w->solid) cubic_rows(row, cols, t, true, column);
+    else cubic_rows(row, cols, t, false, column);
 }
 
-static inline float b_spline(float x)
+VECTOR_INLINE float b_spline(float x)
 {
     x = fabsf(x);
     float y = 2 - x, far = y * y * y / 6, near = (4 - 3 * x * x * y) / 6;
@@ -237,7 +260,8 @@ static void find_places(double u0, double step, struct places *out)
     }
 }
 
-static void interpolate(const struct places *at, const float *column, float *out)
+VECTOR_INLINE void cubic_columns(const struct places *at, const float *column, bool solid,
+                                 float *out)
 {
     float a[TILE_SIZE], b[TILE_SIZE], c[TILE_SIZE], d[TILE_SIZE];
     for (int i = 0; i < TILE_SIZE; i++) {
@@ -247,40 +271,73 @@ static void interpolate(const struct places *at, const float *column, float *out
         c[i] = p[1];
         d[i] = p[2];
     }
-    for (int i = 0; i < TILE_SIZE; i++) out[i] = cubic(a[i], b[i], c[i], d[i], at->t[i]);
+    for (int i = 0; i < TILE_SIZE; i++) out[i] = cubic(a[i], b[i], c[i], d[i], at->t[i], solid);
+}
+
+VECTOR_CLONES static void interpolate(const struct places *at, const float *column, bool solid,
+                                      float *out)
+{
+    if (solid) cubic_columns(at, column, true, out);
+    else cubic_columns(at, column, false, out);
+}
+
+// The taps of an average: raster columns low to high around each place, and the first one's
+// distance in kernel spacings.
+struct spans {
+    int low[TILE_SIZE], high[TILE_SIZE], taps;
+    float x[TILE_SIZE], inverse;
+};
+
+VECTOR_INLINE void find_spans(const struct places *at, int cols, double h, struct spans *s)
+{
+    s->inverse = (float)(1 / h);
+    s->taps = 0;
+    for (int i = 0; i < TILE_SIZE; i++) {
+        int low = (int)ceil(at->u[i] - 2 * h), high = (int)floor(at->u[i] + 2 * h);
+        s->low[i] = low < 0 ? 0 : low;
+        s->high[i] = high > cols - 1 ? cols - 1 : high;
+        s->x[i] = (float)((double)s->low[i] - at->u[i]) * s->inverse;
+    }
+    for (int i = 0; i < TILE_SIZE; i++) {
+        int taps = s->high[i] - s->low[i] + 1;
+        s->taps = taps > s->taps ? taps : s->taps;
+    }
+}
+
+VECTOR_INLINE void weigh(struct spans *s, const float *column, int cols, bool solid, float *out)
+{
+    float v[TILE_SIZE], sum[TILE_SIZE] = {0}, weight[TILE_SIZE] = {0}, total[TILE_SIZE] = {0};
+    for (int tap = 0; tap < s->taps; tap++) {
+        for (int i = 0; i < TILE_SIZE; i++) {
+            int from = s->low[i] + tap;
+            v[i] = column[from < cols ? from : cols - 1];
+        }
+        for (int i = 0; i < TILE_SIZE; i++) {
+            float spline = b_spline(s->x[i]), k = s->low[i] + tap <= s->high[i] ? spline : 0;
+            bool here = solid || v[i] == v[i];
+            float value = here ? v[i] : 0;
+            total[i] += k;
+            k = here ? k : 0;
+            sum[i] += k * value;
+            if (!solid) weight[i] += k;
+            s->x[i] += s->inverse;
+        }
+    }
+    for (int i = 0; i < TILE_SIZE; i++) {
+        float found = solid ? total[i] : weight[i];
+        out[i] = found > 0 && found >= 0.5f * total[i] ? sum[i] / found : NAN;
+    }
 }
 
 // Weighted means of the columns around the places, spacing h; NaN where less than half the weight
 // has data.
-static void average(const struct places *at, const float *column, int cols, double h, float *out)
+VECTOR_CLONES static void average(const struct places *at, const float *column, int cols, double h,
+                                  bool solid, float *out)
 {
-    float x[TILE_SIZE], v[TILE_SIZE], sum[TILE_SIZE] = {0}, weight[TILE_SIZE] = {0};
-    float total[TILE_SIZE] = {0}, inverse = (float)(1 / h);
-    int low[TILE_SIZE], high[TILE_SIZE], taps = 0;
-    for (int i = 0; i < TILE_SIZE; i++) {
-        low[i] = (int)ceil(at->u[i] - 2 * h);
-        high[i] = (int)floor(at->u[i] + 2 * h);
-        low[i] = low[i] < 0 ? 0 : low[i];
-        high[i] = high[i] > cols - 1 ? cols - 1 : high[i];
-        taps = high[i] - low[i] + 1 > taps ? high[i] - low[i] + 1 : taps;
-        x[i] = (float)((double)low[i] - at->u[i]) * inverse;
-    }
-    for (int tap = 0; tap < taps; tap++) {
-        for (int i = 0; i < TILE_SIZE; i++) {
-            int from = low[i] + tap;
-            v[i] = column[from < cols ? from : cols - 1];
-        }
-        for (int i = 0; i < TILE_SIZE; i++) {
-            float spline = b_spline(x[i]), k = low[i] + tap <= high[i] ? spline : 0;
-            float here = v[i] == v[i] ? k : 0, value = v[i] == v[i] ? v[i] : 0;
-            total[i] += k;
-            sum[i] += here * value;
-            weight[i] += here;
-            x[i] += inverse;
-        }
-    }
-    for (int i = 0; i < TILE_SIZE; i++)
-        out[i] = weight[i] > 0 && weight[i] >= 0.5f * total[i] ? sum[i] / weight[i] : NAN;
+    struct spans s;
+    find_spans(at, cols, h, &s);
+    if (solid) weigh(&s, column, cols, true, out);
+    else weigh(&s, column, cols, false, out);
 }
 
 // One tile row from one row of raster columns; where there is no data `out` is left as it is.
@@ -289,8 +346,8 @@ static void resample_row(const struct window *w, const float *column, const stru
                          double width, float *out)
 {
     float mix = (float)average_share(width), v[TILE_SIZE], mean[TILE_SIZE];
-    if (mix < 1) interpolate(at, column, v);
-    if (mix > 0) average(at, column, w->cols, SPREAD * width, mean);
+    if (mix < 1) interpolate(at, column, w->solid, v);
+    if (mix > 0) average(at, column, w->cols, SPREAD * width, w->solid, mean);
     if (mix >= 1) memcpy(v, mean, sizeof v);
     else if (mix > 0)
         for (int i = 0; i < TILE_SIZE; i++) v[i] += mix * (mean[i] - v[i]);
@@ -320,6 +377,7 @@ static status resample_band(struct raster *raster, tile_id id, struct window *w,
     plan_window(g, id, w);
     status s = load_window(raster, w, room);
     if (s) return s;
+    w->solid = is_solid(room->planes, (size_t)w->rows * (size_t)w->cols * (size_t)g->channels);
     float *column = reserve(&room->column, &room->column_size, (size_t)w->cols);
     if (!column) return ERR_MEMORY;
     double step, u0 = source_column(g, id, w->shift, &step);

@@ -5,12 +5,13 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/vector.h"
 #include "planet/filter.h"
 #include "planet/import_light.h"
 #include "planet/import_workshop.h"
 #include "planet/quantum.h"
 
-enum { PIXEL_QUALITY = 90 };
+enum { PIXEL_QUALITY = 90, LANES = 32 };
 
 struct workshop *workshop_create(const workshop_params *params)
 {
@@ -36,6 +37,7 @@ void workshop_destroy(struct workshop **workshop)
         for (int k = 0; k < MAX_OPEN; k++) raster_close(&b->open[k].raster);
         resample_room_deinit(&b->room);
         blend_room_deinit(&b->blend_room);
+        filter_room_deinit(&b->filter_room);
         free(b->held);
     }
     blend_destroy(&w->blend);
@@ -105,7 +107,7 @@ static status compose(struct workshop *w, struct bench *b, tile_id id, bool *any
     status s = compose_sources(w, b, id, any);
     if (s || !has_finer(w, id)) return s;
     b->failed = OK;
-    filter_parent(id, w->channels, fetch_child, b, b->source, b->coverage);
+    filter_parent(id, w->channels, fetch_child, b, &b->filter_room, b->source, b->coverage);
     for (int i = 0; i < b->held_count; i++) import_cache_release(b->cache, b->held[i]);
     b->held_count = 0;
     if (b->failed) return b->failed;
@@ -146,6 +148,28 @@ status workshop_look(struct workshop *w, int worker, tile_id id, float *planes, 
     return s;
 }
 
+VECTOR_CLONES static void find_range(const float *heights, float *low, float *high, bool *holes)
+{
+    float lows[LANES], highs[LANES];
+    int missing = 0;
+    for (int i = 0; i < LANES; i++) {
+        lows[i] = INFINITY;
+        highs[i] = -INFINITY;
+    }
+    for (int at = 0; at < SAMPLES; at += LANES)
+        for (int i = 0; i < LANES; i++) {
+            float v = heights[at + i];
+            lows[i] = v < lows[i] ? v : lows[i];
+            highs[i] = v > highs[i] ? v : highs[i];
+            missing |= v != v;
+        }
+    *holes = missing != 0;
+    for (int i = 0; i < LANES; i++) {
+        *low = fminf(*low, lows[i]);
+        *high = fmaxf(*high, highs[i]);
+    }
+}
+
 // A tile without heights of its own, but with children that have some, is stored all the same.
 static status encode_heights(const struct workshop *w, struct bench *b, made_tile *out)
 {
@@ -154,12 +178,7 @@ static status encode_heights(const struct workshop *w, struct bench *b, made_til
     if (b->lowest > b->highest && is_empty(b->tile)) return OK;
     status s = encode(w, b, b->parent, b->tile, &out->body);
     if (s) return s;
-    // The range is that of what was stored.
-    for (int i = 0; i < SAMPLES; i++) {
-        low = b->tile[i] < low ? b->tile[i] : low;
-        high = b->tile[i] > high ? b->tile[i] : high;
-        holes |= isnan(b->tile[i]);
-    }
+    find_range(b->tile, &low, &high, &holes); // of what was stored
     out->uniform = low == high && !holes;
     low = fminf(low, b->lowest);
     high = fmaxf(high, b->highest);

@@ -4,6 +4,7 @@
 
 #include <stdatomic.h>
 
+#include "planet/filter.h"
 #include "planet/import_blend.h"
 #include "planet/import_outline.h"
 #include "planet/import_resample.h"
@@ -36,6 +37,7 @@ struct bench {
     unsigned long clock;
     struct resample_room room;
     struct blend_room blend_room;
+    struct filter_room filter_room;
     const cached_tile **held;
     int held_count, held_room;
     tile_id parent;        // the tile being made

@@ -1,6 +1,8 @@
-// The writer: one connection in WAL mode with one open transaction; what is pending is what that
-// transaction holds, so reads see it. A finished file goes back to a rollback journal, so that it
-// is one file that a reader without write access can open.
+// The writer: one connection with one open transaction; what is pending is what that transaction
+// holds, so reads see it. Bodies are new pages at the end, which a rollback journal has written
+// once; only where others read the file meanwhile is there a log in its place (WAL), which is
+// written first and folded in later. A finished file has a rollback journal, so that it is one file
+// that a reader without write access can open.
 #include "planet/planet_writer.h"
 
 #include <errno.h>
@@ -99,11 +101,11 @@ static status check_fingerprint(struct planet_writer *w, const char *fingerprint
 }
 
 // How the file is written. The order of the pragmas matters.
-// Log: committed every second or so; exclusive, so that a second writer is refused and no memory is
-// shared through the file system.
-static const char log_sql[] = "PRAGMA page_size = 8192; PRAGMA locking_mode = EXCLUSIVE;"
-                              "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;"
-                              "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -16384";
+// Safe: committed every second or so; exclusive, so that a second writer is refused and no memory
+// is shared through the file system.
+static const char safe_sql[] = "PRAGMA page_size = 8192; PRAGMA locking_mode = EXCLUSIVE;"
+                               "PRAGMA journal_mode = TRUNCATE; PRAGMA synchronous = FULL;"
+                               "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -16384";
 // Bulk: one transaction, good for nothing if it does not come to its end.
 static const char bulk_sql[] = "PRAGMA page_size = 8192; PRAGMA locking_mode = EXCLUSIVE;"
                                "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
@@ -132,7 +134,7 @@ static status open_database(struct planet_writer *w, const char *fingerprint, bo
         return store_error(w->db, w->path);
     int pages = 0;
     s = store_query_int(w->db, w->path, "PRAGMA page_count", &pages);
-    if (!s) s = store_exec(w->db, w->path, w->bulk ? bulk_sql : log_sql);
+    if (!s) s = store_exec(w->db, w->path, w->bulk ? bulk_sql : safe_sql);
     if (!s) s = pages == 0 ? write_schema(w, fingerprint) : check_fingerprint(w, fingerprint);
     for (int i = 0; !s && i < STATEMENT_COUNT; i++)
         s = store_prepare(w->db, w->path, statements[i], &w->stmt[i]);
@@ -269,8 +271,12 @@ status planet_writer_seal(struct planet_writer *w)
 
 status planet_writer_keep_log(struct planet_writer *w, bool keep)
 {
-    return store_exec(w->db, w->path,
-                      keep ? "PRAGMA wal_autocheckpoint = 0" : "PRAGMA wal_autocheckpoint = 1000");
+    status s = sqlite3_get_autocommit(w->db) ? OK : store_exec(w->db, w->path, "COMMIT");
+    if (!s)
+        s = store_exec(w->db, w->path,
+                       keep ? "PRAGMA journal_mode = WAL; PRAGMA wal_autocheckpoint = 0"
+                            : "PRAGMA journal_mode = TRUNCATE");
+    return s ? s : store_exec(w->db, w->path, "BEGIN IMMEDIATE");
 }
 
 int planet_writer_max_zoom(struct planet_writer *w, enum tile_layer layer)
@@ -331,6 +337,6 @@ status planet_writer_finish(struct planet_writer *w, const struct planet_meta *m
     status s = measure_tiles(w, &m);
     if (!s) s = store_meta_write(w->db, w->path, &m);
     if (!s) s = store_exec(w->db, w->path, "COMMIT");
-    // Out of WAL mode: the log is folded in and removed.
+    // Without a log: it is folded in and removed.
     return s || w->bulk ? s : store_exec(w->db, w->path, "PRAGMA journal_mode = DELETE");
 }

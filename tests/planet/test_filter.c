@@ -112,13 +112,22 @@ static void plain_filter(struct field *f, tile_id parent, int y, int x, double *
     *coverage = weight / total;
 }
 
+static struct filter_room room;
+
+static int free_room(void **state)
+{
+    (void)state;
+    filter_room_deinit(&room);
+    return 0;
+}
+
 static void compare_with_plain(bool sparse, tile_id parent)
 {
     static const int places[][2] = {{0, 0},    {0, 131}, {1, 255}, {3, 40},   {9, 255},
                                     {100, 80}, {128, 0}, {255, 0}, {255, 77}, {254, 255}};
     static float planes[SAMPLES], coverage[SAMPLES];
     struct field f = {.value = rough, .sparse = sparse};
-    filter_parent(parent, 1, field_tile, &f, planes, coverage);
+    filter_parent(parent, 1, field_tile, &f, &room, planes, coverage);
     for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
         int y = places[i][0], x = places[i][1];
         double value, share;
@@ -150,7 +159,7 @@ static void test_constant(void **state)
         for (int row = 0; row < grid_rows(zoom); row++) {
             struct field f = {.value = one};
             tile_id parent = {LAYER_HEIGHT, zoom, row, grid_cols(zoom, row) - 1};
-            filter_parent(parent, 1, field_tile, &f, planes, coverage);
+            filter_parent(parent, 1, field_tile, &f, &room, planes, coverage);
             for (int i = 0; i < SAMPLES; i++) {
                 check_near(planes[i], 1, 2e-6);
                 check_near(coverage[i], 1, 2e-6);
@@ -221,7 +230,7 @@ static double patch_rms(double lat, double lon)
             if (lat + 0.05 < south || lat - 0.05 > north) continue;
             double apart = remainder((west + east) / 2 - lon, 2 * M_PI);
             if (lat < 1.5 && fabs(apart) > (east - west) / 2 + 0.3) continue;
-            filter_parent(id, 1, field_tile, &f, planes, coverage);
+            filter_parent(id, 1, field_tile, &f, &room, planes, coverage);
             free_field(&f);
             for (int i = 0; i < SAMPLES; i++) {
                 dvec3 n = sample_normal(id, i / TILE_SIZE, i % TILE_SIZE);
@@ -258,5 +267,5 @@ int main(void)
         cmocka_unit_test(test_plain_sum),
         cmocka_unit_test(test_spectrum),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, NULL, free_room);
 }
