@@ -1,5 +1,6 @@
 #include "planet/import_crew.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <time.h>
@@ -45,7 +46,7 @@ struct crew *crew_create(const crew_params *params)
     struct crew *c = NEW(struct crew);
     c->params = *params;
     c->pool = pool_create(params->threads, 1024);
-    c->committed_s = c->reported_s = now_s();
+    c->committed_s = now_s();
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->finished, NULL);
     return c;
@@ -72,6 +73,7 @@ void crew_begin(struct crew *c, const char *stage, uint64_t tiles, struct worksh
     c->stage_tiles = tiles;
     c->given = 0;
     c->workshop = workshop;
+    c->reported_s = -INFINITY; // at once
 }
 
 struct crew_counters crew_count(struct crew *c)

@@ -223,12 +223,12 @@ static void a_kill_loses_the_last_only(void **state)
             }
         }
         char x;
+        close(told[1]);
         assert_int_equal(read(told[0], &x, 1), 1);
         clock_sleep_s(0.002 * round);
         kill(child, SIGKILL);
         waitpid(child, NULL, 0);
         close(told[0]);
-        close(told[1]);
         struct disk_cache *c = open_cache(4 << 20);
         for (int i = 0; i < 5; i++) assert_true(has(c, round * 20 + i, NULL));
         disk_cache_close(&c);

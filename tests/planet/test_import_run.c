@@ -329,17 +329,19 @@ static void test_resume(void **state)
 struct killer {
     const char *stage;
     double share;
+    bool asks; // to stop, instead
 };
 
 static bool kill_at(void *user, const char *stage, double done)
 {
     const struct killer *k = user;
-    if (!strcmp(stage, k->stage) && done >= k->share) kill(getpid(), SIGKILL);
-    return false;
+    bool now = !strcmp(stage, k->stage) && done >= k->share;
+    if (now && !k->asks) kill(getpid(), SIGKILL);
+    return now;
 }
 
 // Heights within a bound hang together from coarse to fine and are coded as the parts are joined.
-// Killed there too, whatever was written of the file counts for nothing: the same file.
+// Killed or stopped there too, whatever was written of the file counts for nothing: the same file.
 static void test_resume_bounded(void **state)
 {
     (void)state;
@@ -356,7 +358,7 @@ static void test_resume_bounded(void **state)
     bool done = resume_and_kill(p, 150);
     static const double shares[] = {0, 0.3, 0.8};
     for (int i = 0; i < 3 && !done; i++) {
-        struct killer killer = {"joining", shares[i]};
+        struct killer killer = {"joining", shares[i], false};
         pid_t child = fork();
         if (child == 0) {
             p.resume = true;
@@ -371,6 +373,11 @@ static void test_resume_bounded(void **state)
         assert_int_equal(access(in_dir("killed.planet.joining"), F_OK), 0);
     }
     p.resume = true;
+    p.progress = kill_at;
+    p.user = &(struct killer){"joining", 0.5, true};
+    if (!done) assert_int_equal(import_run(&p), ERR_CANCELLED);
+    assert_true(access(in_dir("killed.planet.joining"), F_OK) != 0);
+    p.progress = NULL;
     p.threads = 3;
     if (!done) assert_int_equal(import_run(&p), OK);
     compare_planets("bounded.planet", "killed.planet");
