@@ -171,7 +171,9 @@ static status render_centres(const struct compare_side *side, struct compare_sta
                                      .nx = p->normals[0],
                                      .ny = p->normals[1],
                                      .nz = p->normals[2]};
-    return render_reference(stage, camera, stage->width, stage->height, &planes);
+    status s = render_reference(stage, camera, stage->width, stage->height, &planes);
+    size_t pixels = (size_t)stage->width * (size_t)stage->height;
+    return s ? s : reference_source_check(&stage->source, camera, p->lat_deg, p->lon_deg, pixels);
 }
 
 // Colours once more, of a picture as many times as large, whose means replace the centres'.

@@ -32,6 +32,22 @@ void reference_source_deinit(struct reference_source *s)
     source_set_destroy(&s->set);
 }
 
+status reference_source_check(const struct reference_source *s, const perigee_camera *camera,
+                              const double *lat_deg, const double *lon_deg, size_t pixels)
+{
+    bool ground = false, known = false;
+    for (size_t i = 0; i < pixels; i++) ground |= isfinite(lat_deg[i]) != 0;
+    if (!ground || pyramid_meta(s->pyramid)->max_zoom[LAYER_HEIGHT] < 0) return OK;
+    status failed = pyramid_knows_any(s->pyramid, lat_deg, lon_deg, pixels, &known);
+    if (failed || known) return failed;
+    log_error("%s: holds no heights that the camera over %.6f, %.6f can see; the reference has "
+              "nothing to "
+              "judge by there",
+              s->options->planet ? s->options->planet : pyramid_meta(s->pyramid)->name,
+              camera->lat_deg, camera->lon_deg);
+    return ERR_ARGUMENT;
+}
+
 // On a plane as it stands over the camera.
 static dvec3 sun_over(const struct reference_source *s, const perigee_camera *c, dvec3 sun)
 {

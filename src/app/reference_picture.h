@@ -17,6 +17,11 @@ struct reference_source {
 status reference_source_init(struct reference_source *s, const struct options *o);
 void reference_source_deinit(struct reference_source *s);
 
+// Do the planet's heights, if it has any, reach into a picture with these places of `pixels` (NaN:
+// sky)? ERR_ARGUMENT, logged, when all its ground is made up: it is nothing to judge by.
+status reference_source_check(const struct reference_source *s, const perigee_camera *camera,
+                              const double *lat_deg, const double *lon_deg, size_t pixels);
+
 // A view by the options (zoom, threads, time); no progress yet.
 reference_params reference_source_params(const struct reference_source *s,
                                          const perigee_camera *camera, int width, int height);

@@ -87,6 +87,12 @@ void pyramid_release(struct pyramid *pyramid, const pyramid_tile **tile);
 // itself or of its nearest stored ancestor; -1 when none. Cheap: the index is held in memory.
 int pyramid_data_zoom(struct pyramid *pyramid, tile_id id);
 
+// Is a height stored at any of `count` places (degrees; those that are not finite are passed over),
+// at whatever zoom? Elsewhere heights are made up. Reads tiles, past the cache, and waits for what
+// is on its way. ERR_MEMORY only.
+status pyramid_knows_any(struct pyramid *pyramid, const double *lat_deg, const double *lon_deg,
+                         size_t count, bool *known);
+
 // Bilinear height in the data at `zoom` (clamped to GRID_MAX_ZOOM), metres above the ellipsoid.
 // Blocks on I/O.
 status pyramid_height_at(struct pyramid *pyramid, int zoom, double lat, double lon, double *height);

@@ -21,6 +21,12 @@ static int set_up(void **state)
 {
     if (run_begin(state)) return -1;
     write_text("text.exr", "no picture\n");
+    write_text("patch.asc",
+               "ncols 2\nnrows 2\nxllcorner 30\nyllcorner 40\ncellsize 0.1\n7 8\n9 99\n");
+    char prj[TEXT_SIZE];
+    read_text("globe.prj", prj);
+    write_text("patch.prj", prj);
+    expect_good("import --quiet --height patch.asc -o patch.planet");
     gpu = run("render " VIEW " -o clipmap.exr") == 0;
     expect_good("render " VIEW " --mode reference -o truth.exr");
     expect_good("render " SPACE " --mode reference -o space.exr");
@@ -228,10 +234,26 @@ static void test_faults(void **state)
         {"compare hills.planet -o nowhere/d", "nowhere/d"},
         {"compare hills.planet -o x --picture x.png", "x.png"},
         {"compare hills.planet more", "'more'"},
+        {"compare -q patch.planet --a reference --size 48x36 --camera -20,10,9000,30,-12,0,60",
+         "patch.planet: holds no heights that the camera over -20"},
     };
     expect_good("compare --a truth.exr --b truth.exr -o errors");
     for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
         expect_fault(faults[i].line, faults[i].words);
+}
+
+// A region's planet is judged where any of its heights is in sight.
+static void test_region(void **state)
+{
+    (void)state;
+    static const char *const cameras[] = {"40.1,30.1,20000,0,-90,0,60", "39.5,30.1,9000,0,-20,0,60",
+                                          "39.2,30.9,4e5,0,-90,0,60", "40,30,9000,0,80,0,30"};
+    for (int i = 0; i < 4; i++) {
+        char line[256];
+        snprintf(line, sizeof line,
+                 "compare -q patch.planet --a reference --size 48x36 --camera %s", cameras[i]);
+        expect_good(line);
+    }
 }
 
 // Ctrl-C ends a flight with 130; the tables hold the frames that are done.
@@ -266,8 +288,8 @@ int main(void)
         cmocka_unit_test(test_heights),       cmocka_unit_test(test_samples),
         cmocka_unit_test(test_no_difference), cmocka_unit_test(test_tables),
         cmocka_unit_test(test_without_air),   cmocka_unit_test(test_known_error),
-        cmocka_unit_test(test_flight),        cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_interrupt),
+        cmocka_unit_test(test_flight),        cmocka_unit_test(test_region),
+        cmocka_unit_test(test_faults),        cmocka_unit_test(test_interrupt),
     };
     return cmocka_run_group_tests(tests, set_up, run_end);
 }

@@ -22,7 +22,8 @@ secure=
 if command -v openssl >/dev/null; then
     try openssl req -x509 -newkey rsa:2048 -nodes -keyout key.pem -out cert.pem -days 2 -subj /CN=localhost \
         -addext subjectAltName=DNS:localhost,IP:127.0.0.1
-    secure="listen 127.0.0.1:$((port + 1)) ssl http2; ssl_certificate cert.pem; ssl_certificate_key key.pem;"
+    secure="listen 127.0.0.1:$((port + 1)) ssl http2; ssl_certificate cert.pem; ssl_certificate_key key.pem;
+        location /away/ { return 302 http://127.0.0.1:$port/world/planet.json; }"
 fi
 configure_nginx "$secure"
 
@@ -70,6 +71,16 @@ if [[ -n $secure ]]; then
     connections=$(awk '{print $3}' access.log | sort -u | wc -l)
     echo "$(wc -l <access.log) tiles by HTTP/2 over $connections connection(s)"
     ((connections <= 3)) || fail "HTTP/2 is not multiplexed"
+    # What was asked for in secret is not had in the open, though http may send elsewhere.
+    away() {
+        : >access.log
+        SSL_CERT_FILE=$work/cert.pem "$perigee" render "$1/away/planet.json" --tile-cache none "${camera[@]}" -o x.exr 2>said || true
+    }
+    away "https://localhost:$((port + 1))"
+    grep -q '^perigee: error: https://localhost' said || { cat said; fail "a redirect to http is not told"; }
+    if grep -q '/world/' access.log; then fail "https is left for http"; fi
+    away "http://127.0.0.1:$port"
+    grep -q '/world/planet.json' access.log || { cat said access.log; fail "no redirect is followed"; }
 fi
 stop_nginx
 

@@ -186,6 +186,36 @@ static void late_tiles_are_asked_for_together(void **state)
     pyramid_destroy(&p);
 }
 
+// Heights are known where any layer has a sample that is no gap, and nowhere else.
+static void heights_are_known_where_they_are(void **state)
+{
+    (void)state;
+    struct plain gaps = plain_make(NAN, 40, 3), half = plain_make(500, 240, 5);
+    half.half = true;
+    pyramid_layer layers[] = {{&gaps.source, 1}, {&half.source, 0.5f}};
+    const double lat[] = {NAN, 20, -90, 90, 10}, lon[] = {3, 100, 200, 179.9, -100};
+    static const bool want[2][5] = {{false, false, false, false, false},
+                                    {false, true, false, true, false}};
+    bool known;
+    for (int count = 1; count <= 2; count++) {
+        struct pyramid *p = stack(layers, count);
+        for (int i = 0; i < 5; i++) {
+            assert_int_equal(pyramid_knows_any(p, &lat[i], &lon[i], 1, &known), OK);
+            assert_int_equal(known, want[count - 1][i]);
+        }
+        assert_int_equal(pyramid_knows_any(p, lat, lon, 5, &known), OK);
+        assert_int_equal(known, count == 2);
+        assert_int_equal(pyramid_knows_any(p, lat, lon, 0, &known), OK);
+        assert_false(known);
+        pyramid_destroy(&p);
+    }
+    half.failing = true; // what cannot be had is not known
+    struct pyramid *p = stack(layers + 1, 1);
+    assert_int_equal(pyramid_knows_any(p, lat, lon, 5, &known), OK);
+    assert_false(known);
+    pyramid_destroy(&p);
+}
+
 static void *wait_for_tile(void *arg)
 {
     struct pyramid *p = arg;
@@ -262,6 +292,7 @@ int main(void)
         cmocka_unit_test(coverage_is_kept),
         cmocka_unit_test(another_body_is_refused),
         cmocka_unit_test(late_tiles_are_asked_for_together),
+        cmocka_unit_test(heights_are_known_where_they_are),
         cmocka_unit_test(waiting_ends_when_it_is_given_up),
         cmocka_unit_test(neighbours_are_asked_for_together),
         cmocka_unit_test(stand_ins_end),

@@ -53,6 +53,13 @@ allowed_external() {
 # allowed_local ROOM HEADER
 allowed_local() {
     local room
+    # The judge shares no arithmetic with what it judges: of geo the body's two axes, of planet the samples.
+    if [[ $1 == reference ]]; then
+        case $2 in
+        base/* | reference/* | geo/ellipsoid.h | planet/pyramid.h) return 0 ;;
+        */*) return 1 ;;
+        esac
+    fi
     case $2 in
     perigee.h) [[ $1 == render || $1 == app ]] && return 0 || return 1 ;;
     shared/*) return 0 ;;
@@ -82,6 +89,12 @@ scan() {
     done
 }
 
+# scan_calls SRC: prints every conversion of geo that the reference calls; geo_is_plane only asks what a body is.
+scan_calls() {
+    grep -rnoE '\bgeo_[a-z_]+ *\(' "$1/reference" --include='*.[ch]' --include='*.cpp' | grep -v 'geo_is_plane *(' |
+        sed 's/$/ is not for room reference/' || true
+}
+
 # scan_links SRC: prints every room linked against an arrow.
 scan_links() {
     local room used other
@@ -96,16 +109,19 @@ scan_links() {
 
 copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
-mkdir -p "$copy/geo"
+mkdir -p "$copy/geo" "$copy/reference"
+printf '#include "geo/frames.h"\n#include "shared/position.glsl"\n#include "planet/pyramid.h"\n' >"$copy/reference/wrong.c"
+printf 'bool p = geo_is_plane(e);\ndvec3 x = geo_ecef_from_geodetic(e, g);\n' >>"$copy/reference/wrong.c"
 printf '#include <math.h>\n#include "planet/grid.h"\n#include <sqlite3.h>\n' >"$copy/geo/wrong.c"
 printf '#include <geodesic.h>\n' >"$copy/geo/wrong.h"
 printf 'perigee_room(geo base gpu)\n' >"$copy/geo/CMakeLists.txt"
-if (($(scan "$copy" | wc -l) != 3)) || (($(scan_links "$copy" | wc -l) != 1)); then
+if (($(scan "$copy" | wc -l) != 5)) || (($(scan_calls "$copy" | wc -l) != 1)) || (($(scan_links "$copy" | wc -l) != 1)); then
     echo "the scan itself is broken: it does not find the planted faults"
     scan "$copy"
+    scan_calls "$copy"
     scan_links "$copy"
     exit 1
 fi
 
-faults=$(scan "$root/src"; scan_links "$root/src")
+faults=$(scan "$root/src"; scan_calls "$root/src"; scan_links "$root/src")
 [[ -z $faults ]] || { echo "$faults"; exit 1; }
