@@ -140,13 +140,15 @@ SHARED real SHARED_NAME(synthesis_eroded)(real bend, real amplitude, real noise)
 }
 
 // The height `up` changed by `change`, but never lower than `base`, the lowest ground around: no valley is dug below its
-// own floor. Both are what is there before; C1 in `change`.
+// own floor. Both are what is there before; C1 in `change`. What rounding leaves above the floor is none of it: level
+// water is told by equal heights, whatever the processor's divisions are rounded to.
 SHARED real SHARED_NAME(synthesis_limited)(real up, real base, real change)
 {
     real from = base > up ? base : up, room = from - base;
     real down = change < REAL(0.0) ? -change : REAL(0.0);
     real h = from + (change + down) - down * room / (room + down + REAL(1e-20));
-    return base > h ? base : h;
+    real tiny = REAL(1e-5) + REAL(5e-7) * (base < REAL(0.0) ? -base : base);
+    return h - base > tiny ? h : base;
 }
 
 #endif

@@ -264,3 +264,11 @@ void gpu_tune_allocator(void)
     mallopt(M_TOP_PAD, 16 * MIB);
 #endif
 }
+
+bool gpu_prefers_compute(void)
+{
+    const char *wanted = getenv("PERIGEE_COMPUTE");
+    if (wanted && wanted[0]) return strcmp(wanted, "0") != 0;
+    const char *renderer = (const char *)glGetString(GL_RENDERER);
+    return !strstr(renderer, "llvmpipe") && !strstr(renderer, "softpipe");
+}

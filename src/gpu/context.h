@@ -2,6 +2,8 @@
 #ifndef PERIGEE_GPU_CONTEXT_H
 #define PERIGEE_GPU_CONTEXT_H
 
+#include <stdbool.h>
+
 #include "base/status.h"
 
 struct gpu_context;
@@ -19,6 +21,12 @@ status gpu_context_check(void);
 
 // Routes GL's debug messages of high severity to log_warn (debug contexts only).
 void gpu_context_debug(void);
+
+// Is work over every pixel better done by compute shaders? So it is on graphics cards: those of
+// data centres have a thirtieth of their processors for fragments. Mesa's software driver takes
+// half as long again for it. PERIGEE_COMPUTE=0 or 1 in the environment says otherwise. Needs a
+// context.
+bool gpu_prefers_compute(void);
 
 // glibc gives freed memory back to the system every frame, which costs the software driver a third
 // of small frames. Call once at program start.

@@ -50,19 +50,12 @@ cell_span cell_vertices(const ring_params *rings, int cell)
     return s;
 }
 
-static dvec3 surface_point(const cell_view *v, double angle, double azimuth, double height)
+void cell_view_azimuths(cell_view *v)
 {
-    if (geo_is_plane(v->ellipsoid)) {
-        double r = ring_plane_radius(angle);
-        geodetic g = {v->lat + r * cos(azimuth), v->lon + r * sin(azimuth), height};
-        return dvec3_sub(geo_ecef_from_geodetic(v->ellipsoid, g), v->camera);
+    for (int i = 0; i < 2 * CELL_SECTORS; i++) {
+        v->north[i] = cos(M_PI / CELL_SECTORS * i);
+        v->east[i] = sin(M_PI / CELL_SECTORS * i);
     }
-    double n = sin(angle) * cos(azimuth), y = sin(angle) * sin(azimuth), c = cos(angle);
-    double x = v->cb * c - v->sb * n, z = v->sb * c + v->cb * n;
-    dvec3 p = {v->ellipsoid.a * x, v->ellipsoid.a * y, v->ellipsoid.b * z};
-    dvec3 normal =
-        dvec3_normalize(dvec3_make(x / v->ellipsoid.a, y / v->ellipsoid.a, z / v->ellipsoid.b));
-    return dvec3_sub(dvec3_mad(p, normal, height), v->camera);
 }
 
 // By how much arcs leave the points that bound a cell, on the unit sphere; on a plane the rays
@@ -74,26 +67,54 @@ static double bend_of(const cell_view *v, double inner, double outer)
     return sin(fmin(outer, M_PI / 2)) * turn + (1 - cos((outer - inner) / 4));
 }
 
-bool cell_visible(const ring_params *rings, const cell_view *v, int cell, int last, double low,
-                  double high)
+cell_band cell_band_of(const ring_params *rings, const cell_view *v, int cell, int last, double low,
+                       double high)
 {
-    int sector = cell % CELL_SECTORS, band = cell / CELL_SECTORS;
-    bool fill = band == rings->levels * CELL_BANDS;
+    int band = cell / CELL_SECTORS;
+    bool fill = band == rings->levels * CELL_BANDS, plane = geo_is_plane(v->ellipsoid);
     double per_band = (double)rings->rings_per_level / CELL_BANDS;
     double outer = ring_angle(rings, fill ? (last + 1) * rings->rings_per_level : band * per_band);
     double inner = fill ? 0 : ring_angle(rings, (band + 1) * per_band);
-    double nearest = geo_is_plane(v->ellipsoid) ? ring_plane_radius(inner) : inner;
-    if (nearest > v->horizon + v->nadir_angle) return false;
-
-    double width = 2 * M_PI / CELL_SECTORS, first = sector * width;
-    double slack = bend_of(v, inner, outer) * (v->ellipsoid.a + fmax(fabs(low), fabs(high)));
-    bool inside[5] = {false};
-    for (int i = 0; i < 18; i++) {
-        double angle = inner + (outer - inner) * 0.5 * (i % 3),
-               azimuth = first + width * 0.5 * (i / 3 % 3);
-        dvec3 p = surface_point(v, angle, azimuth, i < 9 ? low : high);
-        for (int k = 0; k < 5; k++)
-            if (dvec3_dot(v->plane[k], p) >= -slack) inside[k] = true;
+    double nearest = plane ? ring_plane_radius(inner) : inner;
+    cell_band b = {.low = low, .high = high, .beyond = nearest > v->horizon + v->nadir_angle};
+    if (b.beyond) return b;
+    b.slack = bend_of(v, inner, outer) * (v->ellipsoid.a + fmax(fabs(low), fabs(high)));
+    for (int i = 0; i < 3; i++) {
+        double angle = inner + (outer - inner) * 0.5 * i;
+        b.outward[i] = plane ? ring_plane_radius(angle) : sin(angle);
+        b.down[i] = plane ? 0 : cos(angle);
     }
-    return inside[0] && inside[1] && inside[2] && inside[3] && inside[4];
+    return b;
+}
+
+// The ground at height 0 less the camera, and what a metre of height adds.
+static dvec3 surface_point(const cell_view *v, const cell_band *b, int angle, int azimuth,
+                           dvec3 *normal)
+{
+    double n = b->outward[angle] * v->north[azimuth], y = b->outward[angle] * v->east[azimuth];
+    if (geo_is_plane(v->ellipsoid)) {
+        geodetic g = {v->lat + n, v->lon + y, 0}, above = {g.lat, g.lon, 1};
+        dvec3 p = geo_ecef_from_geodetic(v->ellipsoid, g);
+        *normal = dvec3_sub(geo_ecef_from_geodetic(v->ellipsoid, above), p);
+        return dvec3_sub(p, v->camera);
+    }
+    double c = b->down[angle], x = v->cb * c - v->sb * n, z = v->sb * c + v->cb * n;
+    double a = v->ellipsoid.a, polar = v->ellipsoid.b;
+    *normal = dvec3_normalize(dvec3_make(polar * x, polar * y, a * z));
+    return dvec3_sub(dvec3_make(a * x, a * y, polar * z), v->camera);
+}
+
+bool cell_band_visible(const cell_view *v, const cell_band *b, int sector)
+{
+    unsigned inside = 0;
+    for (int i = 0; i < 9 && !b->beyond && inside != 31; i++) {
+        dvec3 normal;
+        dvec3 p = surface_point(v, b, i % 3, (2 * sector + i / 3) % (2 * CELL_SECTORS), &normal);
+        for (int k = 0; k < 5; k++) {
+            double rise = dvec3_dot(v->plane[k], normal);
+            double most = dvec3_dot(v->plane[k], p) + fmax(b->low * rise, b->high * rise);
+            inside |= (unsigned)(most >= -b->slack) << k;
+        }
+    }
+    return inside == 31;
 }

@@ -37,11 +37,25 @@ typedef struct cell_view {
     double horizon;     // angle from the camera's nadir beyond which nothing shows
     double nadir_angle; // angle between the focus and the camera's nadir; on a plane both are
                         // distances in radii
+    double north[2 * CELL_SECTORS], east[2 * CELL_SECTORS]; // of the azimuths, half a sector apart
 } cell_view;
 
-// Can any terrain of the cell with heights in [low, high] be inside the frustum? `last`: finest
-// drawn level (bounds the fill). Conservative: never false for what can be seen.
-bool cell_visible(const ring_params *rings, const cell_view *view, int cell, int last, double low,
-                  double high);
+// Fills in `north` and `east`.
+void cell_view_azimuths(cell_view *view);
+
+// What the sectors of a band share: three angles from the focus, and heights in [low, high].
+typedef struct cell_band {
+    double outward[3], down[3]; // sines and cosines; on a plane distances in radians, and 0
+    double low, high, slack;    // slack: by how much arcs leave the points between
+    bool beyond;                // the horizon
+} cell_band;
+
+// The band of `cell`. `last`: finest drawn level (bounds the fill).
+cell_band cell_band_of(const ring_params *rings, const cell_view *view, int cell, int last,
+                       double low, double high);
+
+// Can any terrain of the band in that sector be inside the frustum? Conservative: never false for
+// what can be seen.
+bool cell_band_visible(const cell_view *view, const cell_band *band, int sector);
 
 #endif

@@ -1,19 +1,37 @@
 #include "render/frame.h"
 
+#include <stdio.h>
 #include <string.h>
 
+#include "gpu/context.h"
 #include "gpu/program.h"
+
+#define FULLSCREEN "shade/fullscreen.vert"
+
+enum { SHADE_GROUP = 8, DEFINES_SIZE = 512 }; // pixels of a work group of shade.comp, each way
+
+static status create_fragment_programs(frame *f, const char *defines)
+{
+    char sky[DEFINES_SIZE];
+    snprintf(sky, sizeof sky, "%s#define SKY\n", defines ? defines : "");
+    status s =
+        gpu_program_create_render(FULLSCREEN, "shade/shade.frag", defines, &f->shade_program);
+    if (!s) s = gpu_program_create_render(FULLSCREEN, "shade/shade.frag", sky, &f->sky_program);
+    return s;
+}
 
 status frame_init(frame *f, const char *defines, bool texcoord_vertex, bool identify)
 {
     memset(f, 0, sizeof *f);
     f->texcoord_vertex = texcoord_vertex;
     f->identify = identify;
-    const char *vert = "shade/fullscreen.vert";
-    status s = gpu_program_create_render(vert, "shade/shade.frag", defines, &f->shade_program);
-    if (!s) s = gpu_program_create_render(vert, "shade/sky.frag", defines, &f->sky_program);
+    f->compute = gpu_prefers_compute();
+    status s = f->compute
+                   ? gpu_program_create_compute("shade/shade.comp", defines, &f->shade_program)
+                   : create_fragment_programs(f, defines);
     if (!s)
-        s = gpu_program_create_render(vert, "resolve/resolve.frag", defines, &f->resolve_program);
+        s = gpu_program_create_render(FULLSCREEN, "resolve/resolve.frag", defines,
+                                      &f->resolve_program);
     if (s) return s;
     glCreateVertexArrays(1, &f->empty_array);
     glCreateBuffers(1, &f->view_buffer);
@@ -47,7 +65,9 @@ status frame_resize(frame *f, int width, int height)
     if (f->texcoord_vertex) geometry[count++] = GL_RG32F;
     if (f->identify) geometry[count++] = GL_RG32UI;
     status s = gpu_target_init(&f->geometry, width, height, geometry, count, GL_DEPTH_COMPONENT32F);
-    if (!s) s = gpu_target_init(&f->light, width, height, light, 1, GL_DEPTH_COMPONENT32F);
+    if (!s)
+        s = gpu_target_init(&f->light, width, height, light, 1,
+                            f->compute ? 0 : GL_DEPTH_COMPONENT32F);
     if (s) {
         gpu_target_deinit(&f->geometry);
         gpu_target_deinit(&f->light);
@@ -63,7 +83,8 @@ status frame_resize(frame *f, int width, int height)
 size_t frame_target_bytes(const frame *f)
 {
     size_t pixels = (size_t)f->light.width * (size_t)f->light.height;
-    return pixels * (8u + 4u + 4u + (f->texcoord_vertex ? 16u : 8u) + (f->identify ? 8u : 0u));
+    return pixels * (8u + 4u + (f->compute ? 0u : 4u) + (f->texcoord_vertex ? 16u : 8u) +
+                     (f->identify ? 8u : 0u));
 }
 
 void frame_read_identifiers(const frame *f, uint32_t *pairs)
@@ -88,7 +109,7 @@ void frame_begin_geometry(frame *f, const struct windows *w)
 {
     bind_blocks(f);
     glBindTextureUnit(0, windows_heights(w));
-    glBindFramebuffer(GL_FRAMEBUFFER, f->geometry.framebuffer);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, f->geometry.framebuffer);
     glViewport(0, 0, f->geometry.width, f->geometry.height);
     glDisable(GL_BLEND);
     glDisable(GL_SCISSOR_TEST);
@@ -118,6 +139,17 @@ static void full_screen(frame *f, GLuint program)
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+static void shade_pixels(frame *f)
+{
+    if (!f->compute) {
+        full_screen(f, f->shade_program);
+        return;
+    }
+    glUseProgram(f->shade_program);
+    glDispatchCompute((GLuint)(f->light.width + SHADE_GROUP - 1) / SHADE_GROUP,
+                      (GLuint)(f->light.height + SHADE_GROUP - 1) / SHADE_GROUP, 1);
+}
+
 // While levels take turns with their layers, what needs a level is shaded when it is there.
 static void shade_planet(frame *f, struct windows *w)
 {
@@ -126,25 +158,26 @@ static void shade_planet(frame *f, struct windows *w)
     windows_begin_sweep(w);
     for (;;) {
         if (windows_fleeting(w)) glProgramUniform2i(f->shade_program, 0, from, to);
-        full_screen(f, f->shade_program);
+        shade_pixels(f);
         if (to == last) return;
+        glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT); // the layers are written again
         from = to + 1;
         to = windows_make(w, from, true) ? from : last;
     }
 }
 
-void frame_shade(frame *f, struct windows *w)
+static void shade_by_compute(frame *f, struct windows *w)
 {
-    bind_blocks(f);
-    glBindFramebuffer(GL_FRAMEBUFFER, f->light.framebuffer);
+    glBindImageTexture(0, f->light.colors[0], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA16F);
+    shade_planet(f, w);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT |
+                    GL_TEXTURE_UPDATE_BARRIER_BIT);
+}
+
+static void shade_by_fragments(frame *f, struct windows *w)
+{
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, f->light.framebuffer);
     glViewport(0, 0, f->light.width, f->light.height);
-    glBindTextureUnit(0, windows_heights(w));
-    glBindTextureUnit(1, windows_normals(w));
-    glBindTextureUnit(2, windows_colors(w));
-    glBindTextureUnit(3, f->geometry.colors[0]);
-    glBindTextureUnit(4, f->geometry.depth);
-    glBindTextureUnit(6, windows_convexity(w));
-    if (f->texcoord_vertex) glBindTextureUnit(5, f->geometry.colors[1]);
     glBlitNamedFramebuffer(f->geometry.framebuffer, f->light.framebuffer, 0, 0, f->light.width,
                            f->light.height, 0, 0, f->light.width, f->light.height,
                            GL_DEPTH_BUFFER_BIT, GL_NEAREST);
@@ -156,6 +189,20 @@ void frame_shade(frame *f, struct windows *w)
     glDepthFunc(GL_EQUAL);
     full_screen(f, f->sky_program);
     glDepthMask(GL_TRUE);
+}
+
+void frame_shade(frame *f, struct windows *w)
+{
+    bind_blocks(f);
+    glBindTextureUnit(0, windows_heights(w));
+    glBindTextureUnit(1, windows_normals(w));
+    glBindTextureUnit(2, windows_colors(w));
+    glBindTextureUnit(3, f->geometry.colors[0]);
+    glBindTextureUnit(4, f->geometry.depth);
+    glBindTextureUnit(6, windows_convexity(w));
+    if (f->texcoord_vertex) glBindTextureUnit(5, f->geometry.colors[1]);
+    if (f->compute) shade_by_compute(f, w);
+    else shade_by_fragments(f, w);
 }
 
 void frame_resolve(frame *f, GLuint framebuffer, bool antialias)

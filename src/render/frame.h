@@ -1,5 +1,5 @@
 // The passes of a frame that do not depend on how vertices were placed: G-buffer targets, the
-// full-screen shading pass into linear light, the resolve to the screen; and a guard that leaves a
+// shading of every pixel into linear light, the resolve to the screen; and a guard that leaves a
 // foreign GL context as it was. Main only.
 #ifndef PERIGEE_RENDER_FRAME_H
 #define PERIGEE_RENDER_FRAME_H
@@ -16,11 +16,11 @@ typedef struct frame {
     // Ring coordinates RG32F (and map coordinates RG32F, and identifiers RG32UI), depth 32F
     // reversed.
     gpu_target geometry;
-    gpu_target
-        light; // linear RGBA16F, a = 1 on the planet; a copy of the depth, which chooses the shader
+    gpu_target light; // linear RGBA16F, a = 1 on the planet; for fragments a copy of the depth,
+                      // which chooses the shader
     GLuint view_buffer, levels_buffer;
     GLuint shade_program, sky_program, resolve_program, empty_array;
-    bool texcoord_vertex, identify;
+    bool texcoord_vertex, identify, compute; // compute: how pixels are shaded
 } frame;
 
 // `defines`: text put before the shaders. ERR_GPU.

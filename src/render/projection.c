@@ -131,6 +131,7 @@ cell_view projection_cell_view(const projection *p, double lowest, double summit
     dvec3 nadir = dvec3_normalize(scaled_camera(p)), centre = dvec3_make(v.cb, 0, v.sb);
     v.nadir_angle = 2 * asin(fmin(1, dvec3_length(dvec3_sub(nadir, centre)) / 2));
     v.horizon = geo_horizon_angle(p->ellipsoid, p->camera_ecef, fmin(lowest, 0), summit);
+    cell_view_azimuths(&v);
     const geodetic *at = &p->camera.position;
     if (geo_is_plane(p->ellipsoid)) v.nadir_angle = hypot(at->lat - v.lat, at->lon - v.lon);
     return v;

@@ -378,18 +378,26 @@ static int log2_of(int stride)
     return k;
 }
 
-// While the last level is new its rings and the fill's slide over each other's ground.
-static bool sector_visible(const struct spherical *s, const struct ring_draw *d,
-                           const struct range *heights, int level, int band, int sector)
+// The bands whose ground a band may show: its own; while the last level is new its rings and the
+// fill's slide over each other's.
+static int bands_shown(const struct spherical *s, const struct ring_draw *d,
+                       const struct range *heights, int level, int band, cell_band *out)
 {
     const int fill = s->rings.levels, near[][2] = {{fill, 0}, {d->last, 0}, {d->last, 1}};
-    bool sliding = d->newness > 0 && (level == d->last || level == fill), visible = false;
-    for (int i = 0; i < (sliding ? 3 : 1) && !visible; i++) {
-        int cell =
-            sliding ? cell_index(near[i][0], near[i][1], sector) : cell_index(level, band, sector);
-        visible = cell_visible(&s->rings, d->view, cell, d->last, heights->low, heights->high);
+    bool sliding = d->newness > 0 && (level == d->last || level == fill);
+    int count = sliding ? 3 : 1;
+    for (int i = 0; i < count; i++) {
+        int cell = sliding ? cell_index(near[i][0], near[i][1], 0) : cell_index(level, band, 0);
+        out[i] = cell_band_of(&s->rings, d->view, cell, d->last, heights->low, heights->high);
     }
-    return visible;
+    return count;
+}
+
+static bool sector_visible(const struct ring_draw *d, const cell_band *bands, int count, int sector)
+{
+    for (int i = 0; i < count; i++)
+        if (cell_band_visible(d->view, &bands[i], sector)) return true;
+    return false;
 }
 
 static void select_band(struct spherical *s, const struct ring_draw *d, const struct range *heights,
@@ -408,8 +416,10 @@ static void select_band(struct spherical *s, const struct ring_draw *d, const st
     }
     const struct index_list *list =
         &s->lists[log2_of(by.columns)][fill ? STRIDE_COUNT : log2_of(by.rings)];
+    cell_band shown[3];
+    int count = s->cull ? bands_shown(s, d, heights, level, band, shown) : 0;
     for (int k = 0; k < CELL_SECTORS; k++)
-        if (!s->cull || sector_visible(s, d, heights, level, band, k))
+        if (!s->cull || sector_visible(d, shown, count, k))
             select_cell(s, cell_index(level, band, k), list, by, sel);
 }
 

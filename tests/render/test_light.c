@@ -2,6 +2,8 @@
 // the right way round. The expected places are from the almanac, not from src/geo.
 #include "render/scene.h"
 
+#include <stdlib.h>
+
 enum { SIZE = 96 };
 
 // Mean of the green plane over a band of columns, sky left out.
@@ -150,6 +152,58 @@ static void test_far_and_small_keeps_its_light(void **state)
     perigee_planet_close(&planet);
 }
 
+struct lights {
+    float r[SIZE * SIZE], g[SIZE * SIZE], b[SIZE * SIZE];
+};
+
+static void see_by(const char *compute, const perigee_view_params *params, const perigee_camera *c,
+                   struct lights *out)
+{
+    perigee_planet *planet = scene_planet();
+    setenv("PERIGEE_COMPUTE", compute, 1);
+    perigee_view *view = scene_view(planet, params);
+    unsetenv("PERIGEE_COMPUTE");
+    scene_render(view, c, SIZE, SIZE);
+    perigee_planes planes = {.r = out->r, .g = out->g, .b = out->b};
+    assert_int_equal(perigee_view_read_planes(view, &planes), 0);
+    perigee_view_destroy(&view);
+    perigee_planet_close(&planet);
+}
+
+// What a graphics card shades by a compute shader and a software driver by fragments: planet, sky,
+// and levels that take turns with their layers. Mutations: a pixel's ray half a pixel off; the sky
+// left out; levels that are not there taken.
+static void test_two_ways_to_shade(void **state)
+{
+    (void)state;
+    static struct lights fragments, compute;
+    const perigee_view_params params[] = {
+        {0},
+        {.mode = PERIGEE_MODE_PLANAR, .gpu_synthesis = true, .planar_memory_free = true},
+    };
+    const perigee_camera cameras[] = {
+        {.lat_deg = 10, .lon_deg = 20, .alt_m = 1.2e7, .pitch_deg = -90, .fov_deg = 70},
+        {.lat_deg = 40, .lon_deg = 12, .alt_m = 12000, .pitch_deg = -5, .fov_deg = 60},
+    };
+    for (int i = 0; i < 4; i++) {
+        double worst = 0, lit = 0;
+        see_by("0", &params[i / 2], &cameras[i % 2], &fragments);
+        see_by("1", &params[i / 2], &cameras[i % 2], &compute);
+        for (int k = 0; k < SIZE * SIZE; k++) {
+            const double a[] = {fragments.r[k], fragments.g[k], fragments.b[k]};
+            const double b[] = {compute.r[k], compute.g[k], compute.b[k]};
+            for (int c = 0; c < 3; c++) {
+                worst = fmax(worst, fabs(scene_encoded(a[c]) - scene_encoded(b[c])));
+                lit += a[c] > 0.02;
+            }
+        }
+        print_message("%s, %g m up: at most %.3f / 255\n", i < 2 ? "rings" : "squares",
+                      cameras[i % 2].alt_m, worst);
+        assert_true(lit > SIZE * SIZE / 2);
+        assert_true(worst <= 0.25);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -157,6 +211,7 @@ int main(void)
         cmocka_unit_test(test_sun_of_a_direction),
         cmocka_unit_test(test_perpetual_day),
         cmocka_unit_test(test_far_and_small_keeps_its_light),
+        cmocka_unit_test(test_two_ways_to_shade),
     };
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "clipmap/window.h"
+#include "gpu/gpu_fixture.h"
 #include "planet/import.h"
 #include "render/view.h"
 
@@ -70,7 +71,7 @@ static void test_level_switches(void **state)
         temporal_change change = temporal_compare(&s, &c, &a, &b, NULL, NULL);
         snprintf(name, sizeof name, "level %d to %d at %.4g m", above, above + 1, low);
         show(name, &change);
-        assert_true(change.worst_px <= 0.002);
+        assert_true(change.worst_px <= 0.002 + 2 * gpu_fixture_snap_px());
         assert_true(change.rms <= 0.03);
         assert_true(change.worst <= 0.5);
     }
@@ -109,6 +110,7 @@ static void test_nothing_pops(void **state)
     perigee_camera c = {
         .lat_deg = lat_deg, .lon_deg = lon_deg, .heading_deg = 40, .pitch_deg = -65, .fov_deg = 60};
     double ground = temporal_ground(&s, c.lat_deg, c.lon_deg), from[] = {2.3e6, 3.2e5, 120};
+    const double snap = 2 * gpu_fixture_snap_px();
     int changes = 0;
     for (int f = 0; f < 3 * STEPS; f++) {
         double high = from[f / STEPS] * pow(0.25, (double)(f % STEPS) / STEPS),
@@ -132,7 +134,7 @@ static void test_nothing_pops(void **state)
                  is.finest);
         show(name, &change);
         changes++;
-        assert_true(change.worst_px <= (was.finest == is.finest ? 0.002 : 0.05));
+        assert_true(change.worst_px <= (was.finest == is.finest ? 0.002 : 0.05) + snap);
         assert_true(change.worst <= 1);
     }
     assert_true(changes >= 12);
