@@ -321,9 +321,9 @@ static void bench_update(perigee_planet *planet, const char *path)
     perigee_view *view = view_of(planet, (perigee_view_params){.mode = PERIGEE_MODE_PLANAR});
     perigee_camera c = camera_at(37.5, 128, 3000, -20);
     render(view, &c);
-    printf("a whole level, n = %d, ms: resampling from cached tiles on one core %.2f (first, with "
-           "decoding: see the first run), both heights on the CPU %.2f, on the GPU %.2f, upload "
-           "%.2f, normals on the GPU %.2f\n",
+    printf("a whole level, n = %d, ms: resampling from cached tiles on one core %.3f (first, with "
+           "decoding: see the first run), both heights on the CPU %.3f, on the GPU %.3f, upload "
+           "%.3f, normals on the GPU %.3f\n",
            N, median(fill, REPEATS), median(cpu, REPEATS), elevation_on_gpu(view),
            median(upload, REPEATS), normals_on_gpu(view));
     perigee_view_destroy(&view);

@@ -146,6 +146,7 @@ static void shade_pixels(frame *f)
         return;
     }
     glUseProgram(f->shade_program);
+    glBindImageTexture(0, f->light.colors[0], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA16F);
     glDispatchCompute((GLuint)(f->light.width + SHADE_GROUP - 1) / SHADE_GROUP,
                       (GLuint)(f->light.height + SHADE_GROUP - 1) / SHADE_GROUP, 1);
 }
@@ -168,7 +169,6 @@ static void shade_planet(frame *f, struct windows *w)
 
 static void shade_by_compute(frame *f, struct windows *w)
 {
-    glBindImageTexture(0, f->light.colors[0], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA16F);
     shade_planet(f, w);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT |
                     GL_TEXTURE_UPDATE_BARRIER_BIT);

@@ -139,6 +139,9 @@ static void same_picture(void **state)
     same_pictures(true, (perigee_view_params){.planar_n = 127}, 3, "flat map");
     same_pictures(false, (perigee_view_params){.planar_n = 63, .planar_packed = true}, 3,
                   "n = 63, packed");
+    setenv("PERIGEE_COMPUTE", "1", 1); // as on a graphics card
+    same_pictures(false, (perigee_view_params){.texels = 128}, 3, "shaded by compute");
+    unsetenv("PERIGEE_COMPUTE");
 }
 
 // What is saved: heights, normals and convexity of all levels below the data but two (five), and
