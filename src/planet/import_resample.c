@@ -214,7 +214,8 @@ VECTOR_INLINE float cubic(float a, float b, float c, float d, float t, bool soli
 {
     if (solid) return cubic_held(a, b, c, d, t);
     float near = t < 0.5f ? b : c, v = cubic_held(a == a ? a : b, b, c, d == d ? d : c, t);
-    return (b == b) & (c == c) ? v : near;
+    bool both = (b == b) & (c == c);
+    return both ? v : near;
 }
 
 VECTOR_INLINE void cubic_rows(const float *b, size_t cols, float t, bool solid, float *column)
