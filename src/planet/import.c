@@ -21,7 +21,7 @@
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
-enum { IMPORT_VERSION = 4, CACHE_BYTES = 512 << 20 };
+enum { IMPORT_VERSION = 5, CACHE_BYTES = 512 << 20 };
 
 // The filter carries what a sample says by FILTER_REACH rows at a zoom, and half of what it was at
 // the zoom before: by less than twice that at any.

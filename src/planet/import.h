@@ -55,7 +55,8 @@ typedef struct import_params {
     // over others of its own zoom: in its rows, up to 255; 0: none.
     int feather_rows;
     // Width of the seam along its outer border, in metres, towards small sources less
-    // (import_outline.h); FEATHER_AUTO: as wide as a sample of what lies below; 0: none.
+    // (import_outline.h); FEATHER_AUTO: as wide as a sample of what lies below; 0: feather_rows of
+    // its own zoom.
     double feather_m;
     // Heights are stored as multiples of the greatest power of two up to this many metres (2^-12 to
     // 2^8), at most half of it off; QUANTUM_AUTO: of one for each zoom; 0: as the floats they are,

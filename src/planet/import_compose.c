@@ -29,19 +29,22 @@ struct below {
     int mosaic;
 };
 
-// outline_width: the one asked for, or the distance of the samples of what lies below there.
+// outline_width: the one asked for, in metres or in samples of the mosaic, or the distance of the
+// samples of what lies below there.
 static double seam_width(void *user, double lat, double lon)
 {
     const struct below *below = user;
     const struct workshop *w = below->workshop;
+    double asked = w->params.feather_m, radius = w->params.ellipsoid.a;
+    if (asked == 0)
+        asked = w->params.feather * grid_step_lat(w->mosaics[below->mosaic].zoom) * radius;
     for (int i = w->mosaics[below->mosaic].first - 1; i >= 0; i--) {
         const raster_grid *g = &w->params.grids[w->order[i]];
-        if (!outline_holds(g, lat, lon)) continue;
-        return w->params.feather_m > 0 ? w->params.feather_m : g->dlat * w->params.ellipsoid.a;
+        if (outline_holds(g, lat, lon)) return asked > 0 ? asked : g->dlat * radius;
     }
     enum tile_layer layer = w->params.inputs[0].source.layer;
     double step = w->params.base ? import_base_step(w->params.base, layer, lat, lon) : 0;
-    return step > 0 && w->params.feather_m > 0 ? w->params.feather_m : step * w->params.ellipsoid.a;
+    return step > 0 && asked > 0 ? asked : step * radius;
 }
 
 void compose_plan(struct workshop *w)
@@ -62,7 +65,8 @@ void compose_plan(struct workshop *w)
     }
     free(ranks);
     int lowest = w->params.base ? 0 : 1;
-    for (int at = lowest; at < w->mosaic_count && w->params.feather_m != 0; at++) {
+    bool seams = w->params.feather_m != 0 || w->params.feather > 0;
+    for (int at = lowest; at < w->mosaic_count && seams; at++) {
         const struct mosaic *m = &w->mosaics[at];
         struct below below = {w, at};
         w->mosaics[at].outline = outline_create(w->params.grids, w->order + m->first, m->count,

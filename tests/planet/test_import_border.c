@@ -44,6 +44,10 @@ static const raster_spec inset = {.name = "inset.tif",
 
 static const char *const both[] = {"globe.tif", "inset.tif"};
 
+// How seams are asked for; usual: as wide as a sample of the globe.
+static int feather_rows = FEATHER_ROWS;
+static double feather_m = FEATHER_AUTO, width_m = 0.3 * RAD * GROUND_M * 0.6988;
+
 static void import(const char *output, double max_error, bool add, int threads)
 {
     import_source sources[2];
@@ -56,8 +60,8 @@ static void import(const char *output, double max_error, bool add, int threads)
     import_params p = {.sources = sources,
                        .source_count = add ? 1 : 2,
                        .output = out,
-                       .feather_rows = FEATHER_ROWS,
-                       .feather_m = FEATHER_AUTO,
+                       .feather_rows = feather_rows,
+                       .feather_m = feather_m,
                        .quantum = QUANTUM_AUTO,
                        .max_error = max_error,
                        .name = "Border",
@@ -150,12 +154,12 @@ static struct jumps border_of(struct planet_file *f, struct pyramid *p, int zoom
 static void check_inside(struct planet_file *f, int zoom, double slack)
 {
     int index;
-    double lat, lon, width = 0.3 * RAD * GROUND_M * cos(45.67 * RAD);
+    double lat, lon;
     check_near(height_near(f, zoom, 45.67, 10.73), higher(1, 10.73, 45.67), 3 + slack);
     tile_id id = tile_at(LAYER_HEIGHT, zoom, 45.67 * RAD, 10.25 * RAD, &index);
     sample_place(id, index, &lat, &lon);
     double inside = (lon / RAD - 10.13) * RAD * GROUND_M * cos(lat);
-    double seam = smooth(inside / width), got = height_near(f, zoom, lat / RAD, lon / RAD);
+    double seam = smooth(inside / width_m), got = height_near(f, zoom, lat / RAD, lon / RAD);
     double ground = hills(1, lon / RAD, lat / RAD);
     // What is below holds a share of the inset, which is all of it at most.
     assert_true(got > ground + HIGHER_M * seam - 60 - slack);
@@ -189,13 +193,13 @@ static void check_border(const char *name, double max_error)
     const pyramid_params params = {.synthesis = SYNTHESIS_NONE};
     assert_int_equal(pyramid_create(f, &params, &p), OK);
     int top = planet_file_meta(f)->max_zoom[LAYER_HEIGHT], looked = 0;
-    double ground = coarse_step(f, BELOW), width = 0.3 * RAD * GROUND_M * cos(45.67 * RAD);
+    double ground = coarse_step(f, BELOW);
     for (int zoom = BELOW + 1; zoom <= top; zoom++) {
         struct jumps j = border_of(f, p, zoom);
         double sample = grid_step_lat(zoom) * GROUND_M, quantum = 1;
         // A Catmull-Rom spline is at most 1.5 times as steep as its samples are.
         double bound = 1.5 * ground / ldexp(1, zoom - BELOW) +
-                       HIGHER_M * smooth(1.5 * sample / width) + quantum + max_error;
+                       HIGHER_M * smooth(1.5 * sample / width_m) + quantum + max_error;
         print_message("zoom %d: %d pairs, %.2f m at most, bound %.2f\n", zoom, j.pairs, j.most,
                       bound);
         if (j.most > bound) fail_msg("zoom %d: the border jumps by %.2f m", zoom, j.most);
@@ -233,6 +237,20 @@ static void test_bounded(void **state)
     check_border("added.planet", 4);
 }
 
+// Over rows of the inset's own zoom (9).
+static void test_rows(void **state)
+{
+    (void)state;
+    feather_m = 0;
+    for (feather_rows = 8; feather_rows <= 64; feather_rows += 56) {
+        width_m = feather_rows * grid_step_lat(9) * GROUND_M;
+        import("rows.planet", 0, false, 2);
+        check_border("rows.planet", 0);
+        import("rows.planet", 0, true, 2);
+        check_border("rows.planet", 0);
+    }
+}
+
 static void compare_bytes(const char *a, const char *b)
 {
     FILE *fa = fopen(in_dir(a), "rb"), *fb = fopen(in_dir(b), "rb");
@@ -261,10 +279,9 @@ static void test_threads(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_joint),
-        cmocka_unit_test(test_added),
-        cmocka_unit_test(test_bounded),
-        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_joint),   cmocka_unit_test(test_added),
+        cmocka_unit_test(test_bounded), cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_rows),
     };
     return cmocka_run_group_tests(tests, make_test_dir, remove_test_dir);
 }
