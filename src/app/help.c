@@ -103,7 +103,11 @@ void help_program(FILE *f)
           "  PERIGEE_EARTH      planet file of the default Earth\n"
           "                     (default ${XDG_DATA_HOME:-~/.local/share}/perigee/earth.planet)\n"
           "  PERIGEE_DATA_DIR   folder with flights/ and atlas-relief-metres.csv, instead of the "
-          "installed one\n",
+          "installed one\n"
+          "  PERIGEE_EGL_DEVICE number of the EGL device to render on, from 0 (default: a card if "
+          "any)\n"
+          "  PERIGEE_COMPUTE    1 or 0: pixels by compute shaders or by fragments (default: 1 on "
+          "cards)\n",
           f);
 }
 
