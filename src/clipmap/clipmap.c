@@ -1,8 +1,8 @@
 // Per level one plan at a time: the window it aims at, the strips that are missing from it, the
-// jobs in work for it. Invariant: the texture holds right samples all over `valid`. The strips of a
-// plan lie outside valid ∩ target, and no two samples of one window share a texel, so `valid` has
-// to shrink to that only when the first strip is handed out, and grows to the target when the last
-// one was uploaded.
+// jobs in work for it. Invariant: the texture holds right samples all over `valid`, or recast ones
+// while `recast` says so. The strips of a plan lie outside valid ∩ target, or stand for the same
+// samples, and no two samples of one window share a texel, so `valid` has to shrink to that only
+// when the first strip is handed out, and grows to the target when the last one was uploaded.
 #include "clipmap/clipmap.h"
 
 #include <assert.h>
@@ -14,6 +14,7 @@
 #include "clipmap/strips.h"
 
 static const size_t DEFAULT_STAGING = (size_t)32 << 20;
+static const float CUBIC_BEYOND = 12 / 128.0f; // of their range: its weights below 0
 
 struct plan {
     bool active, begun; // begun: a strip was handed out
@@ -31,6 +32,7 @@ struct level {
     clip_range range;  // covers the heights in `valid`
     double until_s; // those in `valid` stand until then (clock_now_s): INFINITY but for stand-ins
     bool filled_again; // since anything is missing
+    bool recast;       // some of those in `valid` are
     struct plan plan;
     double lag;  // frames that its plans took of late
     bool outrun; // would be late in any case: see outruns()
@@ -53,6 +55,8 @@ struct clipmap {
     struct clipmap_counters counters;
     bool (*derives)(void *user, const window *w, const window *coarser);
     void *derives_user;
+    void (*recast)(void *user, const window *from, const window *to, window_rect valid);
+    void *recast_user;
 };
 
 status clipmap_create(struct pyramid *pyramid, struct pool *pool, const clipmap_params *params,
@@ -107,6 +111,15 @@ void clipmap_set_derives(struct clipmap *c,
     c->derives_user = user;
 }
 
+void clipmap_set_recast(struct clipmap *c,
+                        void (*recast)(void *user, const window *from, const window *to,
+                                       window_rect valid),
+                        void *user)
+{
+    c->recast = recast;
+    c->recast_user = user;
+}
+
 static bool alike(const window *a, const window *b)
 {
     return a->share == b->share && a->derived == b->derived;
@@ -120,15 +133,20 @@ static window_rect valid_in(const struct clipmap *c, const struct level *l, cons
     return window_rect_intersect(v, w->rect);
 }
 
-static bool level_complete(const struct clipmap *c, const struct level *l)
+static bool all_valid(const struct clipmap *c, const struct level *l)
 {
     return !window_rect_empty(l->window.rect) &&
            window_rect_equal(valid_in(c, l, &l->window), l->window.rect);
 }
 
+static bool level_complete(const struct clipmap *c, const struct level *l)
+{
+    return all_valid(c, l) && !l->recast;
+}
+
 static void plan_start(struct clipmap *c, struct level *l)
 {
-    bool again = level_complete(c, l);
+    bool again = l->recast || all_valid(c, l);
     window_rect kept = again ? (window_rect){0} : valid_in(c, l, &l->window);
     l->plan = (struct plan){.active = true,
                             .again = again,
@@ -146,6 +164,7 @@ static void plan_begin(struct clipmap *c, struct level *l)
     if (window_rect_empty(kept)) {
         c->counters.refills++;
         l->until_s = INFINITY;
+        l->recast = false;
     }
     p->begun = true;
     l->held = p->window; // l->range still covers what is left
@@ -166,7 +185,10 @@ static void plan_finish_if_done(struct clipmap *c, struct level *l)
     p->active = false;
     if (!p->begun) return;
     l->until_s = fmin(p->again ? (double)INFINITY : l->until_s, p->until_s);
-    if (p->again) stand_in_for_next(c, l);
+    if (p->again) {
+        l->recast = false;
+        stand_in_for_next(c, l);
+    }
     l->held = p->window;
     l->valid = p->target;
     if (l->bounds) l->range = clip_bounds_of(l->bounds, l->held.share, l->valid);
@@ -202,6 +224,23 @@ static void plan_refit(struct clipmap *c, struct level *l)
     p->live -= dropped;
     if (cut || dropped) p->target = keep;
     plan_finish_if_done(c, l);
+}
+
+// A level whose share is twice or half of what it was keeps what it has, in the new columns. Its
+// plan is off by now.
+static void recast(struct clipmap *c, struct level *l)
+{
+    const window from = l->held, *to = &l->window;
+    if (!c->recast || window_rect_empty(l->valid) || from.derived != to->derived) return;
+    if (abs(from.share - to->share) != 1) return;
+    window_rect valid = window_rect_recast(&c->params.shape, from.share, l->valid, to);
+    if (window_rect_empty(valid)) return;
+    c->recast(c->recast_user, &from, to, valid);
+    float beyond = to->share > from.share ? CUBIC_BEYOND * (l->range.max - l->range.min) : 0;
+    l->range = (clip_range){l->range.min - beyond, l->range.max + beyond};
+    l->held = *to;
+    l->valid = valid;
+    l->recast = true;
 }
 
 // Coarse levels first, and in a level what lies nearest to where the focus is going to be: in [i,
@@ -303,6 +342,7 @@ void clipmap_move(struct clipmap *c, double lat, double lon, int last)
         if (i && c->derives && c->derives(c->derives_user, &l->window, coarser))
             l->window.derived = coarser->derived + 1;
         plan_refit(c, l);
+        if (i <= last) recast(c, l);
     }
     for (int i = last + 1; i <= c->last; i++) plan_cancel(c, &c->levels[i]);
     c->lat = lat;
@@ -363,12 +403,13 @@ static void learn_lag(struct clipmap *c, const struct clip_job *job)
     c->lag += more > 0 ? more / 2 : more / 128;
 }
 
-// Does a level hold, in columns twice as wide, what the four-point filter makes a job's rectangle
-// of?
+// Does a level hold, in columns twice as wide and not recast, what the four-point filter makes a
+// job's rectangle of?
 static bool holds_parents(const struct clipmap *c, const struct level *l,
                           const struct clip_job *job)
 {
     if (l->held.share + 1 != job->window.share || window_rect_empty(l->valid)) return false;
+    if (l->recast) return false;
     window_rect needs = window_rect_parents(job->rect);
     window_rect valid = window_rect_turned(&c->params.shape, l->held.share, l->valid, needs);
     return window_rect_equal(window_rect_intersect(valid, needs), needs);
@@ -388,6 +429,15 @@ static bool may_add(const struct clipmap *c, const struct clip_job *job)
     const struct level *l = &c->levels[job->window.level - 1];
     return l->held.zoom + 1 == job->window.zoom && !l->held.derived &&
            l->until_s == (double)INFINITY && holds_parents(c, l, job);
+}
+
+// What is written over valid samples may reach beyond them.
+static void cover(struct level *l, const clip_range *ranges, int count)
+{
+    for (int i = 0; i < count; i++) {
+        l->range.min = fminf(l->range.min, ranges[i].min);
+        l->range.max = fmaxf(l->range.max, ranges[i].max);
+    }
 }
 
 bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
@@ -424,9 +474,12 @@ bool clipmap_next_strip(struct clipmap *c, size_t budget, clipmap_strip *out)
     s.samples = (const unsigned char *)job->samples + 4 * handed;
     if (adds) s.residuals = job->residuals + handed;
     s.bytes = derived ? 0 : rows * row_bytes;
-    if (l->bounds && !derived)
-        clip_bounds_write(l->bounds, s.window.share, s.rect,
-                          job->ranges + job->handed * clip_bounds_cells(s.tex_col, s.cols), true);
+    if (l->bounds && !derived) {
+        int cells = clip_bounds_cells(s.tex_col, s.cols);
+        const clip_range *ranges = job->ranges + job->handed * cells;
+        clip_bounds_write(l->bounds, s.window.share, s.rect, ranges, true);
+        if (s.again) cover(l, ranges, s.rows * cells);
+    }
     job->handed += s.rows;
     c->counters.strips++;
     c->counters.samples += samples;
@@ -448,8 +501,11 @@ void clipmap_uploaded(struct clipmap *c, const clipmap_strip *strip)
     struct level *l = &c->levels[strip->level];
     bool orphan = job->state == CLIP_JOB_ORPHAN;
     job->uploaded += strip->rows;
-    if (strip->ranges && !orphan)
+    if (strip->ranges && !orphan) {
         clip_bounds_write(l->bounds, strip->window.share, strip->rect, strip->ranges, false);
+        if (strip->again)
+            cover(l, strip->ranges, strip->rows * clip_bounds_cells(strip->tex_col, strip->cols));
+    }
     if (job->uploaded < (orphan ? job->handed : (int)(job->rect.row1 - job->rect.row0))) return;
     clip_jobs_release(c->jobs, job);
     if (!orphan) l->plan.live--;

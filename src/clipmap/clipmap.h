@@ -34,7 +34,8 @@ typedef struct clipmap_level {
     window_rect valid; // part of it that is uploaded; may be empty. With the share of `window` it
                        // lies inside window.rect; with another share it counts columns by
                        // held.share, until the first strip of the new share
-    bool complete;     // valid == window.rect and the shares agree: nothing is missing
+    bool complete;     // valid == window.rect, the shares agree and no sample is recast: nothing is
+                       // missing
     float min, max;    // heights: bounds of the valid samples; +inf, -inf when empty
 } clipmap_level;
 
@@ -48,7 +49,7 @@ typedef struct clipmap_strip {
     int tex_row, tex_col, rows, cols;
     const void *samples;
     size_t bytes;
-    bool again; // where all was valid, some of it stood in for what could not be had: `valid` stays
+    bool again; // what was valid stood in for what could not be had, or was recast: it stays so
     // Of a derived window (window.derived > 0): `samples` holds nothing and bytes is 0. The owner
     // makes the rectangle from the texture of level - 1, in which now (not later) all is valid that
     // it is made of, and says in `ranges` what clip_bounds_reduce would say, before
@@ -83,6 +84,18 @@ void clipmap_destroy(struct clipmap **clipmap); // waits for its own work
 void clipmap_set_derives(struct clipmap *clipmap,
                          bool (*derives)(void *user, const window *w, const window *coarser),
                          void *user);
+
+// Where a level's share doubles or halves, its samples may be recast: made samples of the new share
+// in place, in the texture, so that what is valid stays so until all of the window has been filled
+// anew. Without this nothing is valid from the first new strip to the last. `recast` is called in a
+// move; before any later strip is uploaded the owner makes the rectangle `valid` of `to`
+// (window_rect_recast) out of the samples of `from`: of two columns their mean; of one column two,
+// heights at most by the cubic of weights -9, 111, 29, -3 in 128. Strips handed out earlier have to
+// be in the texture by then, whether clipmap_uploaded has been told or not. Before the first move.
+void clipmap_set_recast(struct clipmap *clipmap,
+                        void (*recast)(void *user, const window *from, const window *to,
+                                       window_rect valid),
+                        void *user);
 
 // Sets the focus (geodetic, rad) and the levels wanted [first, last]; level 0 and all coarser
 // levels than `last` stay wanted as the fallback. Plans, queues work, never blocks. Strips of a

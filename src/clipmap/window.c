@@ -161,6 +161,29 @@ window_rect window_rect_turned(const window_shape *shape, int share, window_rect
     return rect;
 }
 
+static int64_t half(int64_t a)
+{
+    return a / 2 - (a % 2 < 0);
+}
+
+window_rect window_rect_recast(const window_shape *shape, int from, window_rect rect,
+                               const window *to)
+{
+    assert(to->share == from - 1 || to->share == from + 1);
+    window_rect r = rect;
+    if (to->share < from) {
+        r.col0 = half(rect.col0 + 1);
+        r.col1 = half(rect.col1);
+    } else if (rect.col1 - rect.col0 == circle_columns(shape, from)) {
+        r.col0 = to->rect.col0;
+        r.col1 = to->rect.col1;
+    } else {
+        r.col0 = 2 * rect.col0 + 3;
+        r.col1 = 2 * rect.col1 - 3;
+    }
+    return window_rect_intersect(window_rect_turned(shape, to->share, r, to->rect), to->rect);
+}
+
 window_rect window_rect_parents(window_rect r)
 {
     return (window_rect){region_first_tap(r.row0), region_first_tap(r.row1 - 1) + 4,

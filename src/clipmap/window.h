@@ -88,6 +88,14 @@ window_rect window_rect_intersect(window_rect a, window_rect b);
 window_rect window_rect_turned(const window_shape *shape, int share, window_rect rect,
                                window_rect near);
 
+// What of a window `to` can be made of a rectangle of samples of share `from`, one more or one less
+// than the window's: a column of each whole pair; or two of each column, by the
+// cubic through it and the neighbours, one on the one side and two on the other. A window of the
+// whole circle begins at longitude -pi: of a rectangle across it the smaller part is lost. In
+// columns of `to`, inside its rect.
+window_rect window_rect_recast(const window_shape *shape, int from, window_rect rect,
+                               const window *to);
+
 // The samples of the next coarser window, of half the rows and columns, of which a rectangle's are
 // made by the four-point filter.
 window_rect window_rect_parents(window_rect rect);

@@ -115,10 +115,10 @@ static void compute(const struct normals *n, const window *held, window_rect val
     glDispatchCompute((GLuint)(cols + 15) / 16, (GLuint)(rows + 3) / 4, 1);
 }
 
-void normals_make(const struct normals *n, GLuint heights, const window *w)
+void normals_make(const struct normals *n, GLuint heights, const window *w, window_rect rect)
 {
     begin(n, heights);
-    compute(n, w, w->rect, w->rect);
+    compute(n, w, rect, rect);
     end();
 }
 

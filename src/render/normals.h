@@ -25,8 +25,8 @@ GLuint normals_texture(const struct normals *n);
 GLuint normals_convexity(const struct normals *n);
 size_t normals_gpu_bytes(const struct normals *n);
 
-// Of all of a window whose heights the array holds.
-void normals_make(const struct normals *n, GLuint heights, const window *w);
+// Of a rectangle of a window, which is all that the array holds of it.
+void normals_make(const struct normals *n, GLuint heights, const window *w, window_rect rect);
 
 // A strip of heights was uploaded. Its normals and those of the samples around that see it wait for
 // normals_update, until all of its window is there: they need the neighbours.

@@ -31,6 +31,31 @@ static void follow_valid(struct shown *s, window_rect valid, double rows, double
     s->col1 = fmin(col1, fmax(s->col1, col0) + cols);
 }
 
+// Moved by whole turns of the share so that its middle is as near to that of `valid` as can be.
+static void turn(struct shown *s, const window_shape *shape, window_rect valid)
+{
+    double circle = ldexp(shape->cols, s->share),
+           off = 0.5 * ((double)(valid.col0 + valid.col1) - s->col0 - s->col1);
+    s->col0 += circle * rint(off / circle);
+    s->col1 += circle * rint(off / circle);
+}
+
+void shown_recast(struct shown *s, const window_shape *shape, const window *from, const window *to,
+                  window_rect valid)
+{
+    if (shown_empty(s) || s->zoom != from->zoom || s->share != from->share) return;
+    double columns = ldexp(1, to->share - from->share);
+    bool circle = s->col1 - s->col0 == ldexp(shape->cols, from->share);
+    s->share = to->share;
+    s->col0 = circle ? (double)valid.col0 : columns * s->col0;
+    s->col1 = circle ? (double)valid.col1 : columns * s->col1;
+    turn(s, shape, valid);
+    s->col0 = fmax(s->col0, (double)valid.col0);
+    s->col1 = fmin(s->col1, (double)valid.col1);
+    s->row0 = fmax(s->row0, (double)valid.row0);
+    s->row1 = fmin(s->row1, (double)valid.row1);
+}
+
 bool shown_advance(struct shown *s, const clipmap_level *state, const window_shape *shape,
                    double fade_s, double dt_s)
 {
@@ -39,6 +64,7 @@ bool shown_advance(struct shown *s, const clipmap_level *state, const window_sha
         *s = (struct shown){0};
         return true;
     }
+    turn(s, shape, state->valid);
     bool fresh = shown_empty(s) || s->zoom != state->held.zoom || s->share != state->held.share ||
                  s->row0 >= (double)state->valid.row1 || s->row1 <= (double)state->valid.row0 ||
                  s->col0 >= (double)state->valid.col1 || s->col1 <= (double)state->valid.col0;

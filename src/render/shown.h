@@ -20,4 +20,8 @@ bool shown_whole(const struct shown *s, const clipmap_level *state);
 bool shown_advance(struct shown *s, const clipmap_level *state, const window_shape *shape,
                    double fade_s, double dt_s);
 
+// The level's samples have been recast (clipmap_set_recast): what was shown of them stays.
+void shown_recast(struct shown *s, const window_shape *shape, const window *from, const window *to,
+                  window_rect valid);
+
 #endif

@@ -13,6 +13,7 @@
 #include "base/vec.h"
 #include "render/fleeting.h"
 #include "render/normals.h"
+#include "render/recast.h"
 #include "render/residuals.h"
 #include "render/shown.h"
 #include "render/texture_array.h"
@@ -29,11 +30,13 @@ static const double FADE_S = 0.35, FLEETING_FADE_S = 0.08;
 static const double LEAD = 0.25;
 
 struct layer {
+    struct windows *owner;
     struct clipmap *clipmap;
     window_shape shape;
     int levels, kept; // kept: by the clipmap, the rest is fleeting
     struct fleeting *fleeting;
     GLuint texture;
+    struct recast *recast;
     GLenum format, type;
     struct shown shown[CLIPMAP_MAX_LEVELS];
     uint64_t version[CLIPMAP_MAX_LEVELS];
@@ -146,6 +149,27 @@ static status create_textures(struct windows *w)
     return ERR_GPU;
 }
 
+static void recast(void *user, const window *from, const window *to, window_rect valid)
+{
+    struct layer *l = user;
+    struct windows *w = l->owner;
+    recast_make(l->recast, to, to->share < from->share, valid);
+    shown_recast(&l->shown[to->level], &l->shape, from, to, valid);
+    l->version[to->level]++;
+    w->changed = true;
+    if (l != &w->height) return;
+    normals_make(w->normals, l->texture, to, valid);
+    w->heights_changed = true;
+}
+
+static status create_recast(struct windows *w, struct layer *l)
+{
+    recast_params p = {l->shape, l->texture, l->kept, l == &w->color, w->defines};
+    l->owner = w;
+    clipmap_set_recast(l->clipmap, recast, l);
+    return recast_create(&p, &l->recast);
+}
+
 static status create_residuals(struct windows *w, const windows_params *p)
 {
     if (!p->residuals) return OK;
@@ -162,6 +186,8 @@ status windows_create(const windows_params *params, struct windows **out)
     w->lead = params->texels < 256 ? -1 : LEAD; // the windows of 256 rows serve for 128
     status s = create_layers(w, params);
     if (!s) s = create_textures(w);
+    if (!s) s = create_recast(w, &w->height);
+    if (!s) s = create_recast(w, &w->color);
     if (!s) s = create_deepen(w, params);
     if (!s) s = create_residuals(w, params);
     if (!s) s = gpu_upload_create(params->upload_bytes_frame, &w->upload);
@@ -178,6 +204,8 @@ void windows_destroy(struct windows **windows)
     deepen_destroy(&w->deepen);
     residuals_destroy(&w->residuals);
     clipmap_destroy(&w->color.clipmap);
+    recast_destroy(&w->height.recast);
+    recast_destroy(&w->color.recast);
     glDeleteTextures(1, &w->height.texture);
     glDeleteTextures(1, &w->color.texture);
     normals_destroy(&w->normals);
@@ -270,7 +298,7 @@ bool windows_make(struct windows *w, int level, bool normals)
     }
     if (f->made < level || !normals) return f->made == level;
     const window *made = &f->window[level];
-    normals_make(w->normals, w->height.texture, made);
+    normals_make(w->normals, w->height.texture, made, made->rect);
     return true;
 }
 

@@ -51,11 +51,13 @@ static double new_leg(struct viewer *v, struct check_random *r, int levels)
     return step * pow(10, check_random_range(r, -1, 2.5));
 }
 
-static void random_walk(const clipmap_params *params, uint64_t seed, int threads, int steps)
+static void random_walk_of(const clipmap_params *params, uint64_t seed, int threads, int steps,
+                           bool recasts)
 {
     struct check_random r = {seed};
     struct model m;
     model_init(&m, params, threads, 3);
+    if (recasts) model_recast(&m);
     struct viewer v = {0.5, 3.1};
     double leg = 0, bearing = 0;
     int64_t looked_at = 0;
@@ -67,6 +69,7 @@ static void random_walk(const clipmap_params *params, uint64_t seed, int threads
         }
         walk(&v, leg * cos(bearing), leg * sin(bearing));
         int last = params->levels - 1 - (int)(check_random_u64(&r) % 16 == 0) * 3;
+        while (recasts && model_upload(&m)) continue;
         clipmap_move(m.clipmap, v.lat, v.lon, last);
         if (check_random_u64(&r) % 2) clipmap_wait(m.clipmap, 0.01);
         int takes = (int)(check_random_u64(&r) % 30);
@@ -85,12 +88,20 @@ static void random_walk(const clipmap_params *params, uint64_t seed, int threads
     model_check(&m);
     struct clipmap_counters c;
     clipmap_counters(m.clipmap, &c);
-    print_message("%d steps, %d completed, %lld valid samples checked; %.2f came as residuals\n",
-                  steps, finished, (long long)looked_at, (double)c.residuals / (double)c.samples);
+    print_message("%d steps, %d completed, %lld valid samples checked; %.2f came as "
+                  "residuals; %d recasts\n",
+                  steps, finished, (long long)looked_at, (double)c.residuals / (double)c.samples,
+                  m.recasts);
     assert_true(looked_at > 0 && finished > 0);
     // Of noise they fit only while the quanta are wide.
     assert_true(!params->residuals || c.residuals > c.samples / 10);
+    assert_true(!recasts || m.recasts > 0);
     model_deinit(&m);
+}
+
+static void random_walk(const clipmap_params *params, uint64_t seed, int threads, int steps)
+{
+    random_walk_of(params, seed, threads, steps, false);
 }
 
 static clipmap_params heights(int cols, int levels, size_t staging)
@@ -136,6 +147,63 @@ static void colors(void **state)
     (void)state;
     clipmap_params p = {LAYER_COLOR, {288, 128, 256}, 6, 1.00336, (size_t)1 << 20, 0, false};
     random_walk(&p, 7, 2, STEPS / 4);
+}
+
+// The same walks where shares change in place.
+static void recasts(void **state)
+{
+    (void)state;
+    clipmap_params p = heights(64, 10, (size_t)1 << 20);
+    for (uint64_t seed = 12; seed <= 13; seed++) random_walk_of(&p, seed, 2, STEPS, true);
+    p.residuals = true;
+    random_walk_of(&p, 14, 2, STEPS, true);
+}
+
+// Over a latitude where a share changes, and back: with nothing uploaded, as much is valid as the
+// ring needs, on all rows; then the level is filled in place.
+static void a_share_changes(struct model *m, int level, double lat, int64_t half_cols)
+{
+    int64_t cols = m->params.shape.cols;
+    struct clipmap_counters before, after;
+    model_finish(m);
+    clipmap_counters(m->clipmap, &before);
+    int share = clipmap_level_state(m->clipmap, level).held.share, recast = m->recasts;
+    clipmap_move(m->clipmap, lat, 0.3, level);
+    clipmap_level s = clipmap_level_state(m->clipmap, level);
+    assert_int_equal(abs(s.window.share - share), 1);
+    assert_int_equal(s.held.share, s.window.share);
+    assert_true(m->recasts > recast && !s.complete);
+    assert_int_equal(s.valid.row1 - s.valid.row0, m->params.shape.rows);
+    assert_true(s.valid.col0 <= s.window.rect.col0 + cols / 2 - half_cols);
+    assert_true(s.valid.col1 >= s.window.rect.col0 + cols / 2 + half_cols);
+    model_check(m);
+    model_finish(m);
+    model_check(m);
+    clipmap_counters(m->clipmap, &after);
+    assert_int_equal(after.refills, before.refills);
+    assert_true(clipmap_level_state(m->clipmap, level).complete);
+}
+
+static void shares_change_in_place(void **state)
+{
+    (void)state;
+    enum { LEVEL = 8 };
+    clipmap_params p = heights(64, LEVEL + 1, 0);
+    struct model m;
+    double low = 0.9, high = 1.2; // 64 columns halve once more between
+    int share = window_at(&p.shape, LEVEL, low, 0.3, p.ring_bound).share;
+    assert_int_equal(window_at(&p.shape, LEVEL, high, 0.3, p.ring_bound).share, share - 1);
+    while (high - low > 1e-9) {
+        double middle = 0.5 * (low + high);
+        if (window_at(&p.shape, LEVEL, middle, 0.3, p.ring_bound).share == share) low = middle;
+        else high = middle;
+    }
+    model_init(&m, &p, 2, 64);
+    model_recast(&m);
+    clipmap_move(m.clipmap, low, 0.3, LEVEL);
+    a_share_changes(&m, LEVEL, high, p.shape.cols / 4 - 1);
+    a_share_changes(&m, LEVEL, low, p.shape.cols / 2);
+    model_deinit(&m);
 }
 
 // A slow flight over the north pole and on, one or two samples of the finest level a step: nothing
@@ -201,6 +269,8 @@ int main(void)
         cmocka_unit_test(real_windows),
         cmocka_unit_test(residuals),
         cmocka_unit_test(colors),
+        cmocka_unit_test(recasts),
+        cmocka_unit_test(shares_change_in_place),
         cmocka_unit_test(pole_crossing),
         cmocka_unit_test(antimeridian_crossing),
     };

@@ -291,6 +291,41 @@ static void turning_and_texels(void **state)
     assert_int_equal(window_texel((int64_t)1 << 40, 64), 0);
 }
 
+static bool holds(window_rect r, int64_t circle, int64_t first, int64_t last)
+{
+    int64_t turn = (first - r.col0) / circle - ((first - r.col0) % circle < 0);
+    return last - turn * circle < r.col1 || r.col1 - r.col0 == circle;
+}
+
+// A column of a window of another share is in the rectangle exactly when all that it is made of is.
+static void recast_rectangles(void **state)
+{
+    (void)state;
+    window_shape shape = {288, 64, 256};
+    struct check_random r = {6};
+    for (int n = 0; n < 3000; n++) {
+        double lat = check_random_range(&r, -1.5, 1.5), lon = check_random_range(&r, -3.14, 3.14);
+        window to = window_at(&shape, 6, lat, lon, 1.00336);
+        int from = to.share + (check_random_u64(&r) % 2 ? 1 : -1);
+        if (from < 0 || to.share == 0) continue;
+        int64_t circle = (int64_t)64 << from, middle = (to.rect.col0 + to.rect.col1) / 2,
+                at = (from > to.share ? 2 * middle : middle / 2) - 32 +
+                     (int64_t)(check_random_u64(&r) % 40),
+                width = from == 0 ? 64 : 20 + (int64_t)(check_random_u64(&r) % 45);
+        window_rect old = {to.rect.row0 + 3, to.rect.row1 + 5, from == 0 ? 0 : at, 0};
+        old.col1 = old.col0 + width;
+        window_rect got = window_rect_recast(&shape, from, old, &to);
+        assert_int_equal(got.row0, to.rect.row0 + 3);
+        assert_int_equal(got.row1, to.rect.row1);
+        for (int64_t col = to.rect.col0; col < to.rect.col1; col++) {
+            int64_t half = col / 2 - (col % 2 < 0), first = half - 2 + (col & 1);
+            bool made = from > to.share ? holds(old, circle, 2 * col, 2 * col + 1)
+                                        : holds(old, circle, first, first + 3);
+            assert_int_equal(contains(got, got.row0, col), made);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -300,6 +335,7 @@ int main(void)
         cmocka_unit_test(windows_are_functions_of_the_place),
         cmocka_unit_test(missing_is_the_difference),
         cmocka_unit_test(turning_and_texels),
+        cmocka_unit_test(recast_rectangles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,8 @@
 // are two to three times what was measured (tests/ACCURACY.md, 6).
 #include "render/temporal.h"
 
+#include <gdal.h>
+#include <ogr_srs_api.h>
 #include <unistd.h>
 
 #include "clipmap/window.h"
@@ -15,7 +17,7 @@ static const double RAD = M_PI / 180;
 
 // The rough planet, a place on it, and what the bounds of walks are multiplied by: real relief is
 // several times as rough.
-static const char *rough;
+static const char *rough, *imagery = EARTH_PLANET;
 static double lat_deg = 31, lon_deg = 12, on_walk = 1;
 
 static void show(const char *name, const temporal_change *c)
@@ -220,28 +222,29 @@ static void test_shares(void **state)
     temporal_close(&s);
 }
 
-// The same for the imagery of the default Earth, seen from 300 km.
+// The same for imagery, seen from 300 and 100 km.
 static void test_imagery_shares(void **state)
 {
     (void)state;
     static temporal_picture a, b;
-    if (access(EARTH_PLANET, R_OK)) {
-        print_message("%s: not there, nothing tested\n", EARTH_PLANET);
+    if (access(imagery, R_OK)) {
+        print_message("%s: not there, nothing tested\n", imagery);
         skip();
     }
-    temporal_scene s = temporal_open(EARTH_PLANET, true, NULL);
+    temporal_scene s = temporal_open(imagery, true, NULL);
     const window_shape shape = WINDOW_COLOR;
     const struct {
         int level;
-        double from_deg;
-    } shares[] = {{2, 40}, {3, 40}, {3, 60}, {4, 40}, {4, 65}};
+        double from_deg, alt_m;
+    } shares[] = {{2, 40, 3e5}, {3, 40, 3e5}, {3, 60, 3e5}, {4, 40, 3e5},
+                  {4, 65, 3e5}, {5, 40, 1e5}, {5, 65, 1e5}};
     for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
         double low, high;
         char name[64];
         assert_true(find_share(&shape, shares[i].level, shares[i].from_deg * RAD, &low, &high));
         perigee_camera c = {.lat_deg = low / RAD,
                             .lon_deg = 10,
-                            .alt_m = 3e5,
+                            .alt_m = shares[i].alt_m,
                             .heading_deg = 40,
                             .pitch_deg = -60,
                             .fov_deg = 60};
@@ -456,22 +459,41 @@ static void test_rough_ground(void **state)
     temporal_close(&s);
 }
 
-// Imports a raster of heights into relief.planet, unless it is there; false when there is no
-// raster.
-static bool make_relief(const char *raster)
+// A picture of the whole map, which does not say so, as a raster that does.
+static void reference_picture(const char *path, const char *output)
 {
-    import_source source = {.layer = LAYER_HEIGHT, .path = raster};
+    GDALAllRegister();
+    GDALDatasetH picture = GDALOpen(path, GA_ReadOnly);
+    assert_non_null(picture);
+    double step = 360.0 / GDALGetRasterXSize(picture), place[] = {-180, step, 0, 90, 0, -step};
+    GDALDatasetH map =
+        GDALCreateCopy(GDALGetDriverByName("VRT"), output, picture, false, NULL, NULL, NULL);
+    assert_non_null(map);
+    assert_int_equal(GDALSetProjection(map, SRS_WKT_WGS84_LAT_LONG), CE_None);
+    assert_int_equal(GDALSetGeoTransform(map, place), CE_None);
+    GDALClose(map);
+    GDALClose(picture);
+}
+
+// Imports a raster of heights, and imagery where there is some, unless it was; false when a file is
+// not there.
+static bool make_planet(const char *output, const char *heights, const char *picture)
+{
+    import_source sources[] = {{.layer = LAYER_HEIGHT, .path = heights},
+                               {.layer = LAYER_COLOR, .path = "imagery.vrt"}};
     import_params params = {
-        .sources = &source, .source_count = 1, .output = "relief.planet", .name = "Relief"};
-    if (access(raster, R_OK)) {
-        print_message("%s: not there, skipped\n", raster);
+        .sources = sources, .source_count = picture ? 2 : 1, .output = output, .name = "Relief"};
+    if (access(heights, R_OK) || (picture && access(picture, R_OK))) {
+        print_message("%s, %s: not there, skipped\n", heights, picture ? picture : "no imagery");
         return false;
     }
-    return !access(params.output, R_OK) || !import_run(&params);
+    if (!access(output, R_OK)) return true;
+    if (picture) reference_picture(picture, "imagery.vrt");
+    return !import_run(&params);
 }
 
 // Without an argument everything, on planets made here; with a raster of real heights what needs
-// rough ground, in the Alps.
+// rough ground, in the Alps; with imagery too what needs that.
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
@@ -484,14 +506,19 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_flights_change_as_the_reference),
         cmocka_unit_test(test_points_stay),
     };
-    if (argc > 1 && !make_relief(argv[1])) return 77;
+    const char *made = argc > 2 ? "imagery.planet" : "relief.planet";
+    if (argc > 1 && !make_planet(made, argv[1], argc > 2 ? argv[2] : NULL)) return 77;
     int rc = scene_open();
     if (rc) return rc;
+    if (argc > 2) {
+        imagery = made;
+        return scene_close(_cmocka_run_group_tests("imagery", tests + 5, 1, NULL, NULL));
+    }
     if (argc == 1) {
         rough = temporal_rough();
         return scene_close(cmocka_run_group_tests(tests, NULL, NULL));
     }
-    rough = "relief.planet";
+    rough = made;
     lat_deg = 46.5;
     lon_deg = 10.5;
     on_walk = 2.5;
