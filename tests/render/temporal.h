@@ -48,7 +48,7 @@ int temporal_see(const temporal_scene *scene, const perigee_camera *camera, temp
 // A frame as it is now, without waiting.
 void temporal_see_now(const temporal_scene *scene, const perigee_camera *camera,
                       temporal_picture *out);
-// The truth, bilinear in the samples of `zoom` (-1: the finest stored).
+// The truth, bilinear in the samples of `zoom` (as reference_params has it).
 void temporal_see_reference(const temporal_scene *scene, const perigee_camera *camera, int zoom,
                             temporal_picture *out);
 
