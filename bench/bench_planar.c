@@ -32,6 +32,14 @@ static double now_ms(void)
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
+// Of all threads, so also of what a driver does on the processor.
+static double processor_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
 static int ascending(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -232,7 +240,7 @@ static void elevation_on_cpu(const float *samples, const float *coarse, float *o
     }
 }
 
-static double elevation_on_gpu(perigee_view *view)
+static double elevation_on_gpu(perigee_view *view, double (*clock_ms)(void))
 {
     const struct planar *p = (const struct planar *)view->geometry;
     struct planar_elevation *e;
@@ -246,17 +254,17 @@ static double elevation_on_gpu(perigee_view *view)
         for (int l = p->first; l <= p->last; l++) squares[l].column += i % 2 ? 2 : -2;
         frame_begin_geometry(&view->frame, view->windows);
         glFinish();
-        double start = now_ms();
+        double start = clock_ms();
         uint64_t vertices =
             planar_elevation_update(e, view->windows, squares, p->first, p->first, p->last);
         glFinish();
-        ms[i] = (now_ms() - start) * N * N / (double)vertices;
+        ms[i] = (clock_ms() - start) * N * N / (double)vertices;
     }
     planar_elevation_destroy(&e);
     return median(ms, REPEATS);
 }
 
-static double normals_on_gpu(const perigee_view *view)
+static double normals_on_gpu(const perigee_view *view, double (*clock_ms)(void))
 {
     GLuint program, normals, convexity;
     double ms[REPEATS];
@@ -267,7 +275,7 @@ static double normals_on_gpu(const perigee_view *view)
     glTextureStorage3D(convexity, 1, GL_R8_SNORM, 512, 288, 1);
     for (int i = 0; i < REPEATS; i++) {
         glFinish();
-        double start = now_ms(), step = 2 * M_PI / 256 / 1024;
+        double start = clock_ms(), step = 2 * M_PI / 256 / 1024;
         glUseProgram(program);
         glBindTextureUnit(0, windows_heights(view->windows));
         glBindImageTexture(0, normals, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RG16_SNORM);
@@ -281,7 +289,7 @@ static double normals_on_gpu(const perigee_view *view)
         glUniform2f(4, 6378137.0f, 6356752.0f);
         glDispatchCompute((N + 15) / 16, (N + 3) / 4, 1);
         glFinish();
-        ms[i] = now_ms() - start;
+        ms[i] = clock_ms() - start;
     }
     const GLuint textures[2] = {normals, convexity};
     glDeleteTextures(2, textures);
@@ -289,45 +297,65 @@ static double normals_on_gpu(const perigee_view *view)
     return median(ms, REPEATS);
 }
 
+// From the stored tiles. The coarser level over the same ground has been filled before; the tiles
+// of this one are at hand from the run before, or not.
+static double fill_ms(const char *path, int level, bool synthesis, bool at_hand, float *samples)
+{
+    struct planet_file *file;
+    struct pyramid *p = NULL;
+    pyramid_params tiles = {.cache_bytes = (size_t)512 << 20, .synthesis = synthesis};
+    window_shape shape = window_height_shape(N + 1);
+    double ms[REPEATS];
+    if (planet_file_open(path, &file)) die("the planet");
+    for (int i = -1; i < REPEATS; i++) {
+        if (!at_hand) pyramid_destroy(&p);
+        if (!p && pyramid_create(file, &tiles, &p)) die("the pyramid");
+        for (int l = at_hand ? level : level - 1; l <= level; l++) {
+            window w = window_at(&shape, l, 37.5 * RAD, 128 * RAD, 1);
+            window_rect rect = {w.rect.row0 + 16, w.rect.row0 + 16 + N + 1, w.rect.col0 + 128,
+                                w.rect.col0 + 128 + N + 1};
+            double start = processor_ms();
+            if (clipmap_fill(p, LAYER_HEIGHT, &shape, &w, rect, samples)) die("filling");
+            if (i >= 0) ms[i] = processor_ms() - start;
+        }
+    }
+    pyramid_destroy(&p);
+    planet_file_close(&file);
+    return median(ms, REPEATS);
+}
+
+// Processor time, in shares of what filling from stored tiles takes.
 static void bench_update(perigee_planet *planet, const char *path)
 {
+    enum { STORED = 10, MADE = 13 };
     static float samples[(N + 1) * (N + 1)], coarse[N * (N + 2)], out[2 * N * N];
-    double fill[REPEATS], cpu[REPEATS], upload[REPEATS];
-    struct planet_file *file;
-    struct pyramid *p;
-    pyramid_params tiles = {.cache_bytes = (size_t)512 << 20};
-    if (planet_file_open(path, &file) || pyramid_create(file, &tiles, &p)) die("the planet");
-    window_shape shape = window_height_shape(N + 1);
-    window w = window_at(&shape, 10, 37.5 * RAD, 128 * RAD, 1);
-    window_rect rect = {w.rect.row0 + 16, w.rect.row0 + 16 + N + 1, w.rect.col0 + 128,
-                        w.rect.col0 + 128 + N + 1};
+    double cpu[REPEATS], upload[REPEATS], stored = fill_ms(path, STORED, false, false, samples);
     GLuint texture;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture);
     glTextureStorage3D(texture, 1, GL_R32F, 512, 288, 1);
     for (int i = 0; i < REPEATS; i++) {
-        double start = now_ms();
-        if (clipmap_fill(p, LAYER_HEIGHT, &shape, &w, rect, samples)) die("filling");
-        fill[i] = now_ms() - start;
-        start = now_ms();
+        double start = processor_ms();
         elevation_on_cpu(samples, coarse, out);
-        cpu[i] = now_ms() - start;
+        cpu[i] = processor_ms() - start;
         coarse[i] = out[7 * i]; // so that the work is not left out
-        start = now_ms();
+        start = processor_ms();
         glTextureSubImage3D(texture, 0, 0, 0, 0, N + 1, N + 1, 1, GL_RED, GL_FLOAT, samples);
         glFinish();
-        upload[i] = now_ms() - start;
+        upload[i] = processor_ms() - start;
     }
     glDeleteTextures(1, &texture);
     perigee_view *view = view_of(planet, (perigee_view_params){.mode = PERIGEE_MODE_PLANAR});
     perigee_camera c = camera_at(37.5, 128, 3000, -20);
     render(view, &c);
-    printf("a whole level, n = %d, ms: resampling from cached tiles on one core %.3f (first, with "
-           "decoding: see the first run), both heights on the CPU %.3f, on the GPU %.3f, upload "
-           "%.3f, normals on the GPU %.3f\n",
-           N, median(fill, REPEATS), median(cpu, REPEATS), elevation_on_gpu(view),
-           median(upload, REPEATS), normals_on_gpu(view));
+    printf(
+        "a whole level, n = %d; filled from stored tiles on one core = 1, from tiles already "
+        "decoded %.3f, below the data %.2f (synthesis); both heights on the CPU %.3f, on the GPU "
+        "%.2f; upload %.3f; normals on the GPU %.2f\n",
+        N, fill_ms(path, STORED, false, true, samples) / stored,
+        fill_ms(path, MADE, true, false, samples) / stored, median(cpu, REPEATS) / stored,
+        elevation_on_gpu(view, processor_ms) / stored, median(upload, REPEATS) / stored,
+        normals_on_gpu(view, processor_ms) / stored);
     perigee_view_destroy(&view);
-    pyramid_destroy(&p);
 }
 
 struct place {
@@ -435,13 +463,6 @@ static void bench_fleeting(const char *path)
         }
     }
     perigee_planet_close(&planet);
-}
-
-static double processor_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
 // Bytes of heights and processor time, all threads: to fill the windows at a place, and of a flight
