@@ -67,9 +67,9 @@ typedef struct perigee_planet_info {
     char name[64];
     char attribution[512];
     double equatorial_radius_m, polar_radius_m; // of a plane both: metres a radian of the map
-    double map_north_deg, map_east_deg; // of a plane: where its map ends, and as far to the south
-                                        // and the west; 0: a globe
-    bool map_projected;                 // of a plane: the map is a projected raster's
+    double map_south_deg, map_north_deg, map_west_deg, map_east_deg; // of a plane: where its map
+                                                                     // ends; all 0: a globe
+    bool map_projected; // of a plane: the map is a projected raster's
     double height_min_m, height_max_m;
     int height_zoom, color_zoom, night_zoom; // finest zoom stored, -1: none
 } perigee_planet_info;

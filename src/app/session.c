@@ -95,7 +95,7 @@ static status rise_over_map(const struct session *s, perigee_camera *c)
 {
     double ground;
     const perigee_planet_info *i = &s->info;
-    double half = fmax(i->map_north_deg, i->map_east_deg) * (M_PI / 180) * i->equatorial_radius_m;
+    double half = fmax(-i->map_south_deg, i->map_east_deg) * (M_PI / 180) * i->equatorial_radius_m;
     status failed = (status)perigee_planet_height(s->planet, c->lat_deg, c->lon_deg, &ground);
     if (!failed) c->alt_m = ground + 2 * half;
     return failed;
@@ -154,8 +154,9 @@ static status place_on_map(const struct session *s, perigee_camera *c)
     perigee_camera given = *c;
     status failed = session_place(s, c);
     if (failed) return failed;
-    double off_deg = hypot(fmax(fabs(c->lat_deg) - i->map_north_deg, 0),
-                           fmax(fabs(c->lon_deg) - i->map_east_deg, 0));
+    double lat = clamp_double(c->lat_deg, i->map_south_deg, i->map_north_deg),
+           lon = clamp_double(c->lon_deg, i->map_west_deg, i->map_east_deg);
+    double off_deg = hypot(c->lat_deg - lat, c->lon_deg - lon);
     if (off_deg > 0)
         log_warn("latitude %.10g, longitude %.10g: %.1f km off the map", given.lat_deg,
                  given.lon_deg, off_deg * (M_PI / 180) * i->equatorial_radius_m / 1e3);

@@ -271,8 +271,10 @@ static bool open_scene(struct window *w)
     const perigee_planet_info *i = &w->info;
     struct control_world world = {{.a = i->equatorial_radius_m,
                                    .b = i->polar_radius_m,
-                                   .half_lat = DEG * i->map_north_deg,
-                                   .half_lon = DEG * i->map_east_deg},
+                                   .south = DEG * i->map_south_deg,
+                                   .north = DEG * i->map_north_deg,
+                                   .west = DEG * i->map_west_deg,
+                                   .east = DEG * i->map_east_deg},
                                   w,
                                   ground,
                                   pick};

@@ -11,7 +11,7 @@ static dvec3 not_a_point(void)
 
 geo_ellipsoid geo_plane_of(geo_ellipsoid e)
 {
-    return (geo_ellipsoid){.a = e.a, .b = e.a, .half_lat = M_PI / 2, .half_lon = M_PI};
+    return (geo_ellipsoid){e.a, e.a, -M_PI / 2, M_PI / 2, -M_PI, M_PI};
 }
 
 dvec3 geo_ecef_from_geodetic(geo_ellipsoid e, geodetic p)

@@ -14,19 +14,19 @@
 
 #include "base/vec.h"
 
-// Semi-axes in metres, both > 0; equal for a sphere. With `half_lat` > 0 a plane of this scale
-// (a = b, metres a radian) instead: its map ends at these latitudes and longitudes north and south,
-// east and west; beyond is nothing.
+// Semi-axes in metres, both > 0; equal for a sphere. With `north` > `south` a plane of this scale
+// (a = b, metres a radian) instead: its map ends at these latitudes and longitudes; beyond is
+// nothing.
 typedef struct geo_ellipsoid {
     double a, b;
-    double half_lat, half_lon; // rad, up to pi/2 and pi; 0: no plane
+    double south, north, west, east; // rad, within pi/2 and pi, about 0; all 0: no plane
 } geo_ellipsoid;
 
 #define GEO_WGS84 ((geo_ellipsoid){.a = 6378137.0, .b = 6356752.314245179})
 
 static inline bool geo_is_plane(geo_ellipsoid e)
 {
-    return e.half_lat > 0;
+    return e.north > e.south;
 }
 
 // The whole map of longitude and latitude as a plane, true to scale along the equator.

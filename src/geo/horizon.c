@@ -13,13 +13,18 @@ static double lean(geo_ellipsoid e, double low, double high)
     return atan2(reach * sine, 1 - fabs(fmin(low, 0)));
 }
 
+// From a place to the farthest corner of a plane's map, rad.
+static double map_corner(geo_ellipsoid e, double lon, double lat)
+{
+    return hypot(fmax(lon - e.west, e.east - lon), fmax(lat - e.south, e.north - lat));
+}
+
 // The tangent cone of the largest sphere that all terrain covers, and past it the summit's own
 // share. The lowest terrain's scaled radius is at least 1 + floor / (short axis), the summit's at
 // most 1 + summit / (short axis).
 double geo_horizon_angle(geo_ellipsoid e, dvec3 camera, double floor_height, double summit)
 {
-    if (geo_is_plane(e))
-        return hypot(fabs(camera.y) / e.a + e.half_lon, fabs(camera.z) / e.a + e.half_lat);
+    if (geo_is_plane(e)) return map_corner(e, camera.y / e.a, camera.z / e.a);
     double shorter = fmin(e.a, e.b);
     double low = fmin(floor_height, 0) / shorter;
     double high = fmax(summit / shorter, low);

@@ -104,18 +104,19 @@ static status lay(struct plane_map *m, const char *path, GDALDatasetH d)
         return refuse(path, "no georeference: where it lies is not said");
     double across = hypot(g[1], g[4]) * m->metres, down = hypot(g[2], g[5]) * m->metres;
     int column = width / 2, row = height / 2;
-    double east = ((width - column < column ? width - column : column) - 0.5) * across,
-           north = ((height - row < row ? height - row : row) - 0.5) * down,
-           least = fmin(across, down), wanted = fmax(RADIUS_MIN_M, fmax(east, north) / HALF_MAX);
+    double west = (0.5 - column) * across, east = (width - column - 0.5) * across,
+           south = (row + 0.5 - height) * down, north = (row - 0.5) * down,
+           farthest = fmax(east, -south); // of an odd number of samples one more
+    double least = fmin(across, down), wanted = fmax(RADIUS_MIN_M, farthest / HALF_MAX);
     if (!(least > 0 && isfinite(wanted)) || width < 2 || height < 2)
         return refuse(path, "not a map: it has less than 2 x 2 samples, or none of a size");
     while (zoom < FINEST_ZOOM && least / grid_step_lat(zoom) < wanted) zoom++;
     double radius = least / grid_step_lat(zoom);
     m->x = g[0] + column * g[1] + row * g[2];
     m->y = g[3] + column * g[4] + row * g[5];
-    m->body = (geo_ellipsoid){
-        .a = radius, .b = radius, .half_lat = north / radius, .half_lon = east / radius};
-    if (fmax(east, north) <= 2 * HALF_MAX * radius) return OK;
+    m->body = (geo_ellipsoid){radius,         radius,        south / radius,
+                              north / radius, west / radius, east / radius};
+    if (farthest <= 2 * HALF_MAX * radius) return OK;
     return refuse(path, "has too many samples across for a map as a plane");
 }
 

@@ -385,8 +385,8 @@ static int held(int i, double first, double last)
 static void carry_on(const struct source_raster *r, const double g[6], void *samples)
 {
     const geo_ellipsoid map = plane_map_body(r->map);
-    bool whole = r->west <= -map.half_lon * DEG && r->east >= map.half_lon * DEG &&
-                 r->south <= -map.half_lat * DEG && r->north >= map.half_lat * DEG;
+    bool whole = r->west <= map.west * DEG && r->east >= map.east * DEG &&
+                 r->south <= map.south * DEG && r->north >= map.north * DEG;
     double west = (r->west - g[0]) / g[1] - 0.5, east = (r->east - g[0]) / g[1] - 0.5;
     double north = (r->north - g[3]) / g[5] - 0.5, south = (r->south - g[3]) / g[5] - 0.5;
     bool meets = floor(east) >= fmax(ceil(west), 0) && ceil(west) < TILE_SIZE &&

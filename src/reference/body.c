@@ -56,15 +56,16 @@ dvec3 body_noon(geo_ellipsoid e, dvec3 camera)
 
 double body_reach(geo_ellipsoid e, dvec3 point)
 {
-    double own = geo_is_plane(e) ? e.a * hypot(e.half_lat, e.half_lon) : 2 * fmax(e.a, e.b);
+    double own = 2 * fmax(e.a, e.b);
+    if (geo_is_plane(e)) own = e.a * hypot(fmax(-e.south, e.north), fmax(-e.west, e.east));
     return dvec3_length(point) + own;
 }
 
-static void cut(double at, double speed, double half, double *from, double *to)
+static void cut(double at, double speed, double low, double high, double *from, double *to)
 {
-    double a = (-half - at) / speed, b = (half - at) / speed;
+    double a = (low - at) / speed, b = (high - at) / speed;
     if (speed == 0) {
-        if (fabs(at) > half) *from = INFINITY;
+        if (at < low || at > high) *from = INFINITY;
         return;
     }
     *from = fmax(*from, fmin(a, b));
@@ -74,8 +75,8 @@ static void cut(double at, double speed, double half, double *from, double *to)
 bool body_over_map(geo_ellipsoid e, dvec3 origin, dvec3 dir, double *from, double *to)
 {
     if (geo_is_plane(e)) {
-        cut(origin.y, dir.y, e.a * e.half_lon, from, to);
-        cut(origin.z, dir.z, e.a * e.half_lat, from, to);
+        cut(origin.y, dir.y, e.a * e.west, e.a * e.east, from, to);
+        cut(origin.z, dir.z, e.a * e.south, e.a * e.north, from, to);
     }
     return *to > *from;
 }

@@ -52,10 +52,10 @@ static struct span plane_span(const struct field *f)
     body_locate(e, sight->eye, &lat, &lon, &height);
     lat *= RAD;
     lon *= RAD;
-    double north = clamp_double(lat + reach, -e.half_lat, e.half_lat),
-           south = clamp_double(lat - reach, -e.half_lat, e.half_lat),
-           east = clamp_double(lon + reach, -e.half_lon, e.half_lon),
-           west = clamp_double(lon - reach, -e.half_lon, e.half_lon);
+    double north = clamp_double(lat + reach, e.south, e.north),
+           south = clamp_double(lat - reach, e.south, e.north),
+           east = clamp_double(lon + reach, e.west, e.east),
+           west = clamp_double(lon - reach, e.west, e.east);
     int last = grid_rows(f->params.zoom) - 1;
     struct span s = {.lon = 0.5 * (west + east), .half = 0.5 * (east - west)};
     s.first = (int)clamp_double(floor((M_PI / 2 - north) / step) - 1, 0, last);

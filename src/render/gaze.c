@@ -71,7 +71,8 @@ static double gap_at(struct probe *b, dvec3 dir, double t)
 {
     geo_ellipsoid e = b->meta->ellipsoid;
     geodetic g = geo_geodetic_from_ecef(e, dvec3_mad(b->eye, dir, t));
-    if (geo_is_plane(e) && (fabs(g.lat) > e.half_lat || fabs(g.lon) > e.half_lon)) return NAN;
+    bool on_map = g.lat >= e.south && g.lat <= e.north && g.lon >= e.west && g.lon <= e.east;
+    if (geo_is_plane(e) && !on_map) return NAN;
     double rows = M_PI * b->meta->ellipsoid.a / (t / 64);
     int zoom = (int)clamp_double(floor(log2(rows / 256)), 0, finest_zoom(b->meta));
     return g.height - ground_at(b, &zoom, g.lat, g.lon);
@@ -139,8 +140,8 @@ static gaze look(struct probe *b, const geo_camera *camera, double aspect)
     dvec3 forward = dvec3_scale(geo_eye_over(e, camera).row[2], -1);
     geodetic g = geo_geodetic_from_ecef(e, dvec3_mad(b->eye, forward, share * distance));
     if (geo_is_plane(e)) {
-        g.lat = clamp_double(g.lat, -e.half_lat, e.half_lat);
-        g.lon = clamp_double(g.lon, -e.half_lon, e.half_lon);
+        g.lat = clamp_double(g.lat, e.south, e.north);
+        g.lon = clamp_double(g.lon, e.west, e.east);
     }
     return (gaze){g.lat, g.lon, down + share * fmax(distance - down, 0), nearest, true, b->exact};
 }

@@ -37,8 +37,8 @@ static double widest_parallel(map_rect r)
 static bool off_map(const cell_view *v, map_rect r)
 {
     geo_ellipsoid e = v->ellipsoid;
-    return r.south > e.half_lat || r.north < -e.half_lat || v->lon + r.west > e.half_lon ||
-           v->lon + r.east < -e.half_lon;
+    return r.south > e.north || r.north < e.south || v->lon + r.west > e.east ||
+           v->lon + r.east < e.west;
 }
 
 // By how much arcs leave the points that bound a rectangle, on the unit sphere.

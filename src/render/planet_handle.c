@@ -79,8 +79,10 @@ void perigee_planet_get_info(const perigee_planet *planet, perigee_planet_info *
     const struct planet_meta *m = pyramid_meta(planet->pyramid);
     *out = (perigee_planet_info){.equatorial_radius_m = m->ellipsoid.a,
                                  .polar_radius_m = m->ellipsoid.b,
-                                 .map_north_deg = DEG(m->ellipsoid.half_lat),
-                                 .map_east_deg = DEG(m->ellipsoid.half_lon),
+                                 .map_south_deg = DEG(m->ellipsoid.south),
+                                 .map_north_deg = DEG(m->ellipsoid.north),
+                                 .map_west_deg = DEG(m->ellipsoid.west),
+                                 .map_east_deg = DEG(m->ellipsoid.east),
                                  .map_projected = source_set_map(planet->sources) != NULL,
                                  .height_min_m = m->height_min,
                                  .height_max_m = m->height_max,

@@ -106,8 +106,7 @@ void projection_fill_block(const projection *p, dvec3 sun_ecef, bool sky_glow, s
     double h = AIR_SCALE_HEIGHT_M / p->ellipsoid.a;
     set4(b->atmosphere, 1 / h, 1 / h, sky_glow ? 1 : 0, plane ? 0 : sin(f->lon));
     geo_ellipsoid e = p->ellipsoid;
-    set4(b->map_edge, -e.half_lat - f->lat, e.half_lat - f->lat, -e.half_lon - f->lon,
-         e.half_lon - f->lon);
+    set4(b->map_edge, e.south - f->lat, e.north - f->lat, e.west - f->lon, e.east - f->lon);
     set4(b->screen, p->width, p->height, PROJECTION_NEAR_M,
          geo_pixel_size(1, p->camera.fov_y, p->height));
 }

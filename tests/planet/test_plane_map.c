@@ -1,9 +1,10 @@
 // Rasters in a projected reference system as a plane: sample by sample, to scale, at their
 // geographic place; rasters of other systems over them; and what cannot be laid flat.
 //
-// Fails when broken: the origin half a sample off, no unit conversion (samples); the map's axes
-// exchanged, feet for metres (places); a layer not warped (layers); gaps taken for final (metres:
-// corners); the border's samples not carried on (metres).
+// Fails when broken: the origin half a sample off, no unit conversion (samples); the map cut to
+// reach as far to both sides (odd); the map's axes exchanged, feet for metres (places); a layer not
+// warped (layers); gaps taken for final (metres: corners); the border's samples not carried on
+// (metres).
 #include "check.h"
 
 #include <dirent.h>
@@ -17,7 +18,8 @@
 #include "planet_fixture.h"
 #include "utm_raster.h"
 
-enum { WIDTH = 300, HEIGHT = 202 };
+// Of an even number of samples the map's origin is its middle, of an odd one half a sample off.
+static int width = 300, height = 202;
 
 static float height_of(int row, int col)
 {
@@ -29,13 +31,13 @@ static void write_raster(const char *path, const char *system, double west, doub
                          double step)
 {
     double g[6] = {west, step, 0, north, 0, -step};
-    float *samples = calloc(WIDTH * HEIGHT, sizeof *samples);
+    float *samples = calloc((size_t)(width * height), sizeof *samples);
     GDALAllRegister();
     GDALDatasetH d =
-        GDALCreate(GDALGetDriverByName("GTiff"), path, WIDTH, HEIGHT, 1, GDT_Float32, NULL);
+        GDALCreate(GDALGetDriverByName("GTiff"), path, width, height, 1, GDT_Float32, NULL);
     assert_non_null(samples);
     assert_non_null(d);
-    for (int i = 0; i < WIDTH * HEIGHT; i++) samples[i] = height_of(i / WIDTH, i % WIDTH);
+    for (int i = 0; i < width * height; i++) samples[i] = height_of(i / width, i % width);
     GDALSetGeoTransform(d, g);
     if (system) {
         OGRSpatialReferenceH srs = OSRNewSpatialReference(NULL);
@@ -43,8 +45,8 @@ static void write_raster(const char *path, const char *system, double west, doub
         GDALSetSpatialRef(d, srs);
         OSRDestroySpatialReference(srs);
     }
-    assert_int_equal(GDALRasterIO(GDALGetRasterBand(d, 1), GF_Write, 0, 0, WIDTH, HEIGHT, samples,
-                                  WIDTH, HEIGHT, GDT_Float32, 0, 0),
+    assert_int_equal(GDALRasterIO(GDALGetRasterBand(d, 1), GF_Write, 0, 0, width, height, samples,
+                                  width, height, GDT_Float32, 0, 0),
                      CE_None);
     GDALClose(d);
     free(samples);
@@ -88,14 +90,16 @@ static void check_samples(const struct laid *l, double step_m)
 {
     const struct planet_meta *m = pyramid_meta(l->pyramid);
     geo_ellipsoid e = m->ellipsoid;
-    assert_true(geo_is_plane(e) && e.half_lat < 0.11 && e.half_lon < 0.11);
-    check_near(e.half_lon * e.a, (WIDTH / 2 - 0.5) * step_m, 1e-6 * step_m);
-    check_near(e.half_lat * e.a, (HEIGHT / 2 - 0.5) * step_m, 1e-6 * step_m);
+    assert_true(geo_is_plane(e) && e.north < 0.11 && e.east < 0.11);
+    check_near((e.east - e.west) * e.a, (width - 1) * step_m, 1e-6 * step_m);
+    check_near((e.north - e.south) * e.a, (height - 1) * step_m, 1e-6 * step_m);
+    check_near(e.west * e.a, (0.5 - width / 2) * step_m, 1e-6 * step_m);
+    check_near(e.north * e.a, (height / 2 - 0.5) * step_m, 1e-6 * step_m);
     check_near(grid_step_lat(m->max_zoom[LAYER_HEIGHT]) * e.a, step_m, 1e-9 * step_m);
-    for (int row = 1; row < HEIGHT - 1; row += 7)
-        for (int col = 1; col < WIDTH - 1; col += 5)
+    for (int row = 1; row < height - 1; row += 7)
+        for (int col = 1; col < width - 1; col += 5)
             check_near(
-                height_at(l, (col + 0.5 - WIDTH / 2) * step_m, (HEIGHT / 2 - row - 0.5) * step_m),
+                height_at(l, (col + 0.5 - width / 2) * step_m, (height / 2 - row - 0.5) * step_m),
                 height_of(row, col), 2e-3);
 }
 
@@ -105,26 +109,27 @@ static void check_corners(const struct laid *l)
     const struct planet_meta *m = pyramid_meta(l->pyramid);
     geo_ellipsoid e = m->ellipsoid;
     for (int i = 0; i < 4; i++) {
-        double h, north = i / 2 ? 1 : -1, east = i % 2 ? 1 : -1;
+        double h;
+        bool north = i / 2, east = i % 2;
         assert_int_equal(pyramid_height_at(l->pyramid, m->max_zoom[LAYER_HEIGHT] - 1,
-                                           north * e.half_lat, east * e.half_lon, &h),
+                                           north ? e.north : e.south, east ? e.east : e.west, &h),
                          OK);
-        check_near(h, height_of(north > 0 ? 0 : HEIGHT - 1, east < 0 ? 0 : WIDTH - 1), 60);
+        check_near(h, height_of(north ? 0 : height - 1, east ? width - 1 : 0), 60);
     }
 }
 
 // Beyond its edges the last sample goes on, so that triangles over an edge lie where the ground is.
 static void check_beyond(const struct laid *l, double step_m)
 {
-    for (int i = 20; i < HEIGHT - 20; i += 40)
+    for (int i = 20; i < height - 20; i += 40)
         for (int past = 1; past <= 3; past++) {
-            double east = (WIDTH / 2 - 0.5 + past) * step_m, at = (i + 0.5) * step_m;
-            check_near(height_at(l, east, HEIGHT / 2 * step_m - at), height_of(i, WIDTH - 1), 2e-3);
-            check_near(height_at(l, -east, HEIGHT / 2 * step_m - at), height_of(i, 0), 2e-3);
-            double north = (HEIGHT / 2 - 0.5 + past) * step_m;
-            check_near(height_at(l, at - WIDTH / 2 * step_m, north), height_of(0, i), 2e-3);
-            check_near(height_at(l, at - WIDTH / 2 * step_m, -north), height_of(HEIGHT - 1, i),
-                       2e-3);
+            double left = -width / 2 * step_m, top = height / 2 * step_m, at = (i + 0.5) * step_m,
+                   first = (0.5 - past) * step_m, last_x = (width - 0.5 + past) * step_m,
+                   last_y = (height - 0.5 + past) * step_m;
+            check_near(height_at(l, left + last_x, top - at), height_of(i, width - 1), 2e-3);
+            check_near(height_at(l, left + first, top - at), height_of(i, 0), 2e-3);
+            check_near(height_at(l, left + at, top - first), height_of(0, i), 2e-3);
+            check_near(height_at(l, left + at, top - last_y), height_of(height - 1, i), 2e-3);
         }
 }
 
@@ -141,8 +146,8 @@ static void test_metres(void **state)
     struct plane_map *map = source_set_map(l.set);
     plane_map_from_geographic(map, 2, lat, lon);
     double metres = radius * M_PI / 180;
-    check_near(lon[0] * metres, 30 * (100 - WIDTH / 2), 2e-3);
-    check_near(lat[0] * metres, 30 * (HEIGHT / 2 - 40), 2e-3);
+    check_near(lon[0] * metres, 30 * (100 - width / 2), 2e-3);
+    check_near(lat[0] * metres, 30 * (height / 2 - 40), 2e-3);
     check_near(lon[1] * metres, lon[0] * metres, 2e-3);
     check_near((lat[1] - lat[0]) * metres, 0.9996 * 1111.31,
                0.1); // a degree is 111,131 m long at 45
@@ -151,6 +156,24 @@ static void test_metres(void **state)
     check_near(lon[0], 9, 1e-9);
     check_near(lat[1], 45.01, 1e-9);
     put_away(&l);
+}
+
+// No row and no column is lost.
+static void test_odd(void **state)
+{
+    (void)state;
+    for (int i = 1; i < 4; i++) {
+        width = 300 + i % 2;
+        height = 202 + i / 2;
+        write_raster("odd.tif", "EPSG:32632", 500000, 4982950.4, 30);
+        struct laid l = lay("odd.tif", NULL);
+        check_samples(&l, 30);
+        check_corners(&l);
+        check_beyond(&l, 30);
+        put_away(&l);
+    }
+    width = 300;
+    height = 202;
 }
 
 // California zone 3 in US survey feet.
@@ -257,8 +280,10 @@ static void test_degrees(void **state)
     geo_ellipsoid e = pyramid_meta(l.pyramid)->ellipsoid;
     assert_null(source_set_map(l.set));
     check_near(e.a, 6378137, 1e-6);
-    check_near(e.half_lat, M_PI / 2, 0);
-    check_near(e.half_lon, M_PI, 0);
+    check_near(e.north, M_PI / 2, 0);
+    check_near(e.south, -M_PI / 2, 0);
+    check_near(e.east, M_PI, 0);
+    check_near(e.west, -M_PI, 0);
     put_away(&l);
 }
 
@@ -282,9 +307,13 @@ static int remove_folder(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_metres),         cmocka_unit_test(test_feet),
-        cmocka_unit_test(test_layers),         cmocka_unit_test(test_degrees),
-        cmocka_unit_test(test_what_cannot_be), cmocka_unit_test(test_only_rasters_lie_over),
+        cmocka_unit_test(test_metres),
+        cmocka_unit_test(test_odd),
+        cmocka_unit_test(test_feet),
+        cmocka_unit_test(test_layers),
+        cmocka_unit_test(test_degrees),
+        cmocka_unit_test(test_what_cannot_be),
+        cmocka_unit_test(test_only_rasters_lie_over),
     };
     return cmocka_run_group_tests(tests, enter_folder, remove_folder);
 }

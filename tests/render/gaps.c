@@ -15,12 +15,17 @@ void gaps_read(perigee_view *view, struct gaps_frame *f)
     assert_int_equal(perigee_view_read_triangles(view, &triangles), 0);
 }
 
+static bool on_map(const scene_map *map, double east, double north)
+{
+    double lat = north / map->radius, lon = east / map->radius;
+    return lat > map->south && lat < map->north && lon > map->west && lon < map->east;
+}
+
 // Does the ray meet the plane of so many metres on the map?
 static bool meets_plane(const scene_map *map, const double o[3], const double d[3], double metres)
 {
     double along = (metres - o[0]) / d[0];
-    return along > 0 && fabs(o[1] + along * d[1]) < map->radius * map->half_lon &&
-           fabs(o[2] + along * d[2]) < map->radius * map->half_lat;
+    return along > 0 && on_map(map, o[1] + along * d[1], o[2] + along * d[2]);
 }
 
 // Does the ray of a point of the picture pass over the map from its highest ground to its lowest?
@@ -29,9 +34,7 @@ static bool falls_on_map(const perigee_camera *c, double x_px, double y_px)
     double o[3], d[3];
     const scene_map *map = scene_flat();
     scene_ray(c, GAPS_WIDTH, GAPS_HEIGHT, x_px, y_px, o, d);
-    bool above =
-        fabs(o[1]) < map->radius * map->half_lon && fabs(o[2]) < map->radius * map->half_lat;
-    return (above || meets_plane(map, o, d, map->height_max + 1)) &&
+    return (on_map(map, o[1], o[2]) || meets_plane(map, o, d, map->height_max + 1)) &&
            meets_plane(map, o, d, map->height_min - 1);
 }
 
@@ -69,9 +72,10 @@ static bool may_show(const double o[3], const double d[3])
 {
     double from = 0, to = 1e12;
     const scene_map *map = scene_flat();
-    const double east = map->radius * map->half_lon + 1, north = map->radius * map->half_lat + 1;
-    const double low[3] = {map->height_min - 1, -east, -north},
-                 high[3] = {map->height_max + 1, east, north};
+    const double low[3] = {map->height_min - 1, map->radius * map->west - 1,
+                           map->radius * map->south - 1},
+                 high[3] = {map->height_max + 1, map->radius * map->east + 1,
+                            map->radius * map->north + 1};
     for (int i = 0; i < 3; i++) {
         double s = (low[i] - o[i]) / d[i], t = (high[i] - o[i]) / d[i];
         from = fmax(from, fmin(s, t));

@@ -12,8 +12,14 @@ static const double A = 6378137.0, B = 6356752.314245179;
 static gpu_target target;
 static const scene_map *flat;
 
-const scene_map scene_analytic_map = {
-    6378137.0, RAD(90), RAD(180), analytic_height, -ANALYTIC_HEIGHT_MAX, ANALYTIC_HEIGHT_MAX};
+const scene_map scene_analytic_map = {6378137.0,
+                                      RAD(-90),
+                                      RAD(90),
+                                      RAD(-180),
+                                      RAD(180),
+                                      analytic_height,
+                                      -ANALYTIC_HEIGHT_MAX,
+                                      ANALYTIC_HEIGHT_MAX};
 
 void scene_set_flat(const scene_map *map)
 {
@@ -122,7 +128,7 @@ static double above_terrain(const double o[3], const double d[3], double t)
     for (int i = 0; i < 3; i++) p[i] = o[i] + t * d[i];
     scene_geodetic(p, &lat, &lon, &height);
     if (!flat) return height - analytic_height(lat, lon);
-    if (fabs(lat) > flat->half_lat || fabs(lon) > flat->half_lon) return NAN;
+    if (lat < flat->south || lat > flat->north || lon < flat->west || lon > flat->east) return NAN;
     return height - flat->height(lat, lon);
 }
 

@@ -14,7 +14,7 @@ enum { SCENE_WIDTH = 320, SCENE_HEIGHT = 240 };
 // A map as a plane: x up, y east, z north of its latitude and longitude 0, which are metres over
 // `radius`.
 typedef struct scene_map {
-    double radius, half_lat, half_lon;        // m; rad
+    double radius, south, north, west, east;  // m; rad
     double (*height)(double lat, double lon); // its slope below 1
     double height_min, height_max;            // m
 } scene_map;
