@@ -2,7 +2,9 @@
 // as it is. No hole, no crack and nothing off the map over flights across it and along its edges,
 // with data that is late too, and in fields of view from the least to the most; every point on its
 // pixel's ray and at the height of the terrain; rasters of a few samples; cameras in places where
-// there is no map. An argument multiplies the number of flights.
+// there is no map. In short 3 flights, every
+// other view and one of the two forms whose pictures are the same; an argument, the number of times
+// 6 flights, leaves nothing out.
 //
 // Fails when broken: what lies beyond the map not discarded (watertight, accuracy); two metres more
 // than that discarded (raster_watertight, small_rasters); latitudes of the heights stretched by 2 %
@@ -17,7 +19,7 @@
 
 static const double RAD = M_PI / 180;
 
-static int times = 1;
+static int times; // 0: in short
 static struct gaps_frame seen;
 
 enum { MODES = 4 };
@@ -32,6 +34,12 @@ static const struct {
     {"planar, 2004", {.mode = PERIGEE_MODE_PLANAR, .planar_form = PERIGEE_PLANAR_2004}},
     {"grid", {.mode = PERIGEE_MODE_GRID}},
 };
+
+// 2005's squares have the pictures of 2004's (render_planar).
+static bool left_out(int mode)
+{
+    return !times && modes[mode].params.planar_form == PERIGEE_PLANAR_2004;
+}
 
 static perigee_view *view_of(perigee_planet *planet, int mode)
 {
@@ -157,12 +165,12 @@ static bool fly_on(perigee_camera *c, double *above)
     return true;
 }
 
-static void fly(perigee_planet *planet, const char *map, int mode, int flights)
+static void fly(perigee_planet *planet, const char *map, int mode)
 {
     enum { FRAMES = 4 };
     perigee_view *view = view_of(planet, mode);
     struct check_random r = {17};
-    int frames = 0, edges = 0, inside = 0, met = 0, late = 0;
+    int flights = times ? 6 * times : 3, frames = 0, edges = 0, inside = 0, met = 0, late = 0;
     for (int i = 0; i < flights; i++) {
         double above;
         perigee_camera c = random_camera(&r, i, &above);
@@ -181,8 +189,8 @@ static void fly(perigee_planet *planet, const char *map, int mode, int flights)
     print_message("%s, %s: %d frames, %d begun late, no hole, %d with an edge of the map or its "
                   "horizon, %d with a level border in the middle\n",
                   map, modes[mode].name, frames, late, edges, met);
-    assert_true(edges >= 6 && inside > 6 * GAPS_PIXELS);
-    assert_true(met > 2 || mode == MODES - 1);
+    assert_true(edges >= flights && inside > (times ? 6 : 2) * GAPS_PIXELS);
+    assert_true(met > flights / 3 || mode == MODES - 1);
     assert_true(late > 0);
     perigee_view_destroy(&view);
 }
@@ -191,7 +199,7 @@ static void test_watertight(void **state)
 {
     (void)state;
     perigee_planet *planet = open_longitudes();
-    for (int mode = 0; mode < MODES; mode++) fly(planet, "longitudes", mode, 6 * times);
+    for (int mode = 0; mode < MODES; mode++) fly(planet, "longitudes", mode);
     perigee_planet_close(&planet);
 }
 
@@ -199,7 +207,7 @@ static void test_raster_watertight(void **state)
 {
     (void)state;
     perigee_planet *planet = open_utm();
-    for (int mode = 0; mode < MODES; mode++) fly(planet, "utm", mode, 6 * times);
+    for (int mode = 0; mode < MODES; mode++) fly(planet, "utm", mode);
     perigee_planet_close(&planet);
 }
 
@@ -213,16 +221,18 @@ static void test_fields_of_view(void **state)
         perigee_planet *planet = map ? open_utm() : open_longitudes();
         double size = scene_flat()->radius * scene_flat()->north;
         for (int mode = 0; mode < MODES; mode++) {
+            if (left_out(mode)) continue;
             perigee_view *view = view_of(planet, mode);
             int inside = 0;
             for (int i = 0; i < 8; i++) {
+                if (!times && (i + i / 4) % 2) continue;
                 perigee_camera c = camera_at(0.3 * size, -0.4 * size, i < 4 ? 50 : 0.3 * size, 20,
                                              i < 4 ? -20 : -60, fovs[i % 4]);
                 scene_render(view, &c, GAPS_WIDTH, GAPS_HEIGHT);
                 gaps_read(view, &seen);
                 inside += check_gaps(modes[mode].name, i, &c, fovs[i % 4] > 170 ? 0.5 : 0);
             }
-            assert_true(inside > 5 * GAPS_PIXELS);
+            assert_true(inside > (times ? 5 : 2) * GAPS_PIXELS);
             perigee_view_destroy(&view);
         }
         perigee_planet_close(&planet);
@@ -298,16 +308,15 @@ static struct errors errors_of(const perigee_camera *c, const perigee_planes *pl
     return e;
 }
 
-static struct errors measure(perigee_planet *planet, const char *map, int mode,
+static struct errors measure(perigee_view *view, const char *map, int mode,
                              const perigee_camera *cameras, int count)
 {
     enum { W = SCENE_WIDTH, H = SCENE_HEIGHT };
     static float z[W * H], h[W * H];
     static double lat[W * H], lon[W * H];
     perigee_planes planes = {.z_m = z, .height_m = h, .lat_deg = lat, .lon_deg = lon};
-    perigee_view *view = view_of(planet, mode);
     struct errors worst = {0};
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < count; i += times || count < VIEWS ? 1 : 2) {
         scene_render(view, &cameras[i], W, H);
         assert_int_equal(perigee_view_read_planes(view, &planes), 0);
         struct errors e = errors_of(&cameras[i], &planes, W, H);
@@ -317,7 +326,6 @@ static struct errors measure(perigee_planet *planet, const char *map, int mode,
         worst.height_px = fmax(worst.height_px, e.height_px);
         worst.off_ray_px = fmax(worst.off_ray_px, e.off_ray_px);
     }
-    perigee_view_destroy(&view);
     return worst;
 }
 
@@ -326,9 +334,12 @@ static void test_accuracy(void **state)
     (void)state;
     perigee_planet *planet = open_longitudes();
     for (int mode = 0; mode < MODES; mode++) {
-        struct errors worst = measure(planet, "longitudes", mode, views, VIEWS);
+        if (left_out(mode)) continue;
+        perigee_view *view = view_of(planet, mode);
+        struct errors worst = measure(view, "longitudes", mode, views, VIEWS);
         assert_true(worst.off_ray_px <= 1e-2);
         assert_true(worst.height_px <= 0.01);
+        perigee_view_destroy(&view);
     }
     perigee_planet_close(&planet);
 }
@@ -344,10 +355,12 @@ static void test_raster_accuracy(void **state)
     };
     const double bars[MODES] = {1, 1.6, 1.6, 2.5};
     for (int mode = 0; mode < MODES; mode++) {
-        struct errors worst =
-            measure(planet, "utm", mode, cameras, sizeof cameras / sizeof *cameras);
+        if (left_out(mode)) continue;
+        perigee_view *view = view_of(planet, mode);
+        struct errors worst = measure(view, "utm", mode, cameras, sizeof cameras / sizeof *cameras);
         assert_true(worst.off_ray_px <= 1e-2);
         assert_true(worst.height_px <= bars[mode]);
+        perigee_view_destroy(&view);
     }
     perigee_planet_close(&planet);
 }
@@ -409,9 +422,10 @@ static void test_small_rasters(void **state)
         const perigee_camera cameras[] = {camera_at(0, 0, 2 * east, 0, -90, 60),
                                           camera_at(-1.3 * east, 0, east, 90, -50, 60)};
         for (int mode = 0; mode < MODES; mode++) {
-            struct errors worst = measure(planet, "small", mode, cameras, 2);
-            assert_true(worst.off_ray_px <= 1e-2 && worst.height_px <= 0.2);
+            if (left_out(mode)) continue;
             perigee_view *view = view_of(planet, mode);
+            struct errors worst = measure(view, "small", mode, cameras, 2);
+            assert_true(worst.off_ray_px <= 1e-2 && worst.height_px <= 0.2);
             for (int k = 0; k < 2; k++) {
                 scene_render(view, &cameras[k], GAPS_WIDTH, GAPS_HEIGHT);
                 gaps_read(view, &seen);
