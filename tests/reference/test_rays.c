@@ -6,6 +6,8 @@
 #include "oracle.h"
 #include "reference/ray.h"
 
+_Static_assert(RAY_TOLERANCE <= 1e-4 && RAY_FLOOR_M <= 1e-6, "far below what is measured");
+
 static const geo_ellipsoid sphere = {.a = 1e6, .b = 1e6},
                            wgs84 = {.a = 6378137.0, .b = 6356752.314245179},
                            lentil = {.a = 1e6, .b = 8e5};
