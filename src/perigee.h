@@ -136,7 +136,7 @@ enum perigee_filter {
 // views measured but telephotos along the ground (tests/ACCURACY.md, 3).
 enum perigee_quality {
     PERIGEE_QUALITY_DEFAULT, // 2 pixels
-    PERIGEE_QUALITY_LOW,     // 2.5 pixels
+    PERIGEE_QUALITY_LOW,     // 2.7 pixels
     PERIGEE_QUALITY_HIGH,    // 0.9 pixels
     PERIGEE_QUALITY_PAPER,   // 6 pixels:   n = 512, m = 20, N = 128 (Clasen & Hege 2006)
 };

@@ -16,7 +16,7 @@ struct quality {
 
 // What is chosen from, from cheap to dear (bench/RESULTS.md has the curves); and the paper's
 // (Clasen & Hege 2006, 5: 512 x 20, textures n/4).
-static const struct quality BY_COST[] = {{512, 48, 256, 8, PERIGEE_FILTER_SHARP, 2.5},
+static const struct quality BY_COST[] = {{512, 48, 256, 8, PERIGEE_FILTER_SHARP, 2.7},
                                          {640, 64, 256, 7, PERIGEE_FILTER_SHARP, 2},
                                          {1024, 80, 512, 5, PERIGEE_FILTER_SHARP, 1.4},
                                          {1024, 112, 1024, 4, PERIGEE_FILTER_SHARP, 0.9}};

@@ -21,7 +21,7 @@ static const struct {
     double error_px; // what is asked for, and so the bar of 99.9 %
     double rms, visible;
     double small_rms, small_rank_999; // of the four: a fifth above what was measured
-} bars[SETTINGS] = {{"low", 2.5, INFINITY, INFINITY, 0.16, 1.1},
+} bars[SETTINGS] = {{"low", 2.7, INFINITY, INFINITY, 0.16, 1.1},
                     {"default", 2, 0.5, 0.4, 0.13, 0.9},
                     {"1024 x 80", 1.4, INFINITY, INFINITY, 0.09, 0.66},
                     {"high", 0.9, 0.2, 1.2, 0.07, 0.5}};
