@@ -30,7 +30,7 @@ uint pair(uint a, uint b)
     return packUnorm4x8(p);
 }
 
-// Pairs of columns are what is shown where the share is about to change (window_color of shade.frag).
+// Pairs of columns are what is shown where the share is about to change (window_color of shade/ground.glsl).
 uint quarter_on(uint before, uint at, uint next, uint after)
 {
     return at;

@@ -1,4 +1,4 @@
-// Colour of a hit by the rules of shaders/shade/shade.frag without its air. Any thread, each with
+// Colour of a hit by the rules of shaders/shade/ground.glsl without its air. Any thread, each with
 // its own reader.
 #ifndef PERIGEE_REFERENCE_LIGHT_H
 #define PERIGEE_REFERENCE_LIGHT_H

@@ -34,7 +34,7 @@ struct transform_sweep {
     double colatitude[MAX_COLATITUDES]; // rad, 0 is the pole; falling
     long vertices;
     struct map_error map[TRANSFORMS][DEVICES][MAX_COLATITUDES][LAST_LEVEL + 1];
-    struct map_error pixel[LAST_LEVEL + 1]; // stable, v made from n and e as shade.frag does
+    struct map_error pixel[LAST_LEVEL + 1]; // stable, v made from n and e as shade/ground.glsl does
     struct position_error position[EYES][DEVICES];
     // The same against the place that the vertex's floats name: without their rounding, which moves
     // vertex and map coordinate together.
