@@ -28,8 +28,8 @@ unset label 1
 unset ylabel
 unset key
 set xlabel "time of a frame of a turning camera, the default = 1"
-set xtics (0.5, 0.7, 1, 1.4, 2, 3)
-set xrange [0.5:3]
+set xtics (0.5, 0.7, 1, 1.4, 2, 3, 4)
+set xrange [0.5:4]
 plot for [i = 1:count] rows(i, 0) using 13:6 with linespoints pt 7 ps 0.8 lc rgb word(colors, i), \
     for [i = 1:count] rows(i, 1) using 13:6 with points pt 2 ps 1 lc rgb word(colors, i), \
     rows(1, 0) using 13:6:1 with labels font ",8" offset 0, 0.9
