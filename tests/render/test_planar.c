@@ -235,6 +235,44 @@ static void test_throttling(void **state)
     perigee_planet_close(&planet);
 }
 
+static int finest_drawn(perigee_view *view, const perigee_camera *c)
+{
+    perigee_stats stats;
+    scene_render(view, c, 64, 48);
+    perigee_view_get_stats(view, &stats);
+    return (int)stats.last_level;
+}
+
+// A level of n vertices g metres apart is active below 0.4 n g over the ground (2004, 3), which is
+// when its side is 2.5 times the height (2005, 2.3.1). 15 km up to 3 %; near the ground up to a
+// tenth sooner, as finer detail may rise above the samples that are looked at, but not later.
+static void test_active_levels(void **state)
+{
+    (void)state;
+    static const struct {
+        int n, form, circle; // steps of level 0 round the equator
+    } kinds[] = {{63, PERIGEE_PLANAR_2004, 64}, {255, PERIGEE_PLANAR_GPU, 256}};
+    perigee_planet *planet = scene_planet();
+    for (int i = 0; i < 2; i++) {
+        perigee_view_params params = {.mode = PERIGEE_MODE_PLANAR,
+                                      .planar_n = kinds[i].n,
+                                      .planar_form = (enum perigee_planar_form)kinds[i].form};
+        perigee_view *view = scene_view(planet, &params);
+        for (int level = 10; level <= 19; level += 3) {
+            double g = 2 * M_PI * 6378137 / kinds[i].circle / (1 << level),
+                   h = 0.4 * kinds[i].n * g, ground_m;
+            perigee_camera c = {.lat_deg = 17, .lon_deg = 40, .pitch_deg = -40, .fov_deg = 60};
+            assert_int_equal(perigee_planet_height(planet, c.lat_deg, c.lon_deg, &ground_m), 0);
+            c.alt_m = ground_m + (level == 10 ? 1.03 : 1.1) * h;
+            assert_int_equal(finest_drawn(view, &c), level - 1);
+            c.alt_m = ground_m + 0.97 * h;
+            assert_int_equal(finest_drawn(view, &c), level);
+        }
+        perigee_view_destroy(&view);
+    }
+    perigee_planet_close(&planet);
+}
+
 // Even where wrapping fails nothing is open.
 static void test_poles_have_no_hole(void **state)
 {
@@ -273,9 +311,10 @@ int main(int argc, char **argv)
 {
     if (argc > 1) times = atoi(argv[1]);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_watertight),     cmocka_unit_test(test_watertight_2004),
-        cmocka_unit_test(test_fields_of_view), cmocka_unit_test(test_forms_agree),
-        cmocka_unit_test(test_throttling),     cmocka_unit_test(test_poles_have_no_hole),
+        cmocka_unit_test(test_watertight),         cmocka_unit_test(test_watertight_2004),
+        cmocka_unit_test(test_fields_of_view),     cmocka_unit_test(test_forms_agree),
+        cmocka_unit_test(test_throttling),         cmocka_unit_test(test_active_levels),
+        cmocka_unit_test(test_poles_have_no_hole),
     };
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
