@@ -3,11 +3,14 @@
 #include "planet/plane_map.h"
 
 #include <cpl_conv.h>
+#include <cpl_string.h>
 #include <gdal.h>
+#include <gdal_alg.h>
 #include <gdal_utils.h>
 #include <math.h>
 #include <ogr_srs_api.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -167,16 +170,69 @@ static bool same_system(GDALDatasetH d, const char *wkt)
     return same;
 }
 
-// What the dataset has no samples for has no data.
+// The map's edges with a few samples beyond, in the system's units: west, south, east, north.
+static void edges_of(const struct plane_map *m, double out[4])
+{
+    geo_ellipsoid e = m->body;
+    double unit = e.a / m->metres, wide = (e.east - e.west) / 64, high = (e.north - e.south) / 64;
+    out[0] = m->x + (e.west - wide) * unit;
+    out[1] = m->y + (e.south - high) * unit;
+    out[2] = m->x + (e.east + wide) * unit;
+    out[3] = m->y + (e.north + high) * unit;
+}
+
+// The distance of the dataset's samples on the map, in its units, the shortest of nine places,
+// along that axis on which they are farther apart. Infinite where it has none.
+static double spacing_on(const struct plane_map *m, GDALDatasetH d, const double edges[4])
+{
+    char **options = CSLSetNameValue(NULL, "DST_SRS", m->wkt);
+    void *way = GDALCreateGenImgProjTransformer2(d, NULL, options);
+    double least = INFINITY, wide = edges[2] - edges[0], high = edges[3] - edges[1];
+    for (int i = 0; way && i < 9; i++) {
+        double west = edges[0] + wide * (1 + i % 3) / 4, south = edges[1] + high * (1 + i / 3) / 4;
+        double step = wide / 1024, x[3] = {west, west + step, west},
+               y[3] = {south, south, south + step}, z[3] = {0};
+        int good[3];
+        if (!GDALGenImgProjTransform(way, TRUE, 3, x, y, z, good) || !(good[0] & good[1] & good[2]))
+            continue;
+        double across = hypot(x[1] - x[0], x[2] - x[0]), down = hypot(y[1] - y[0], y[2] - y[0]);
+        least = fmin(least, step / fmin(across, down));
+    }
+    if (way) GDALDestroyGenImgProjTransformer(way);
+    CSLDestroy(options);
+    return least;
+}
+
+static char **add_number(char **list, double value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.17g", value);
+    return CSLAddString(list, text);
+}
+
+// What the dataset has no samples for has no data. The part that the map shows, at the distance
+// that its samples have there: of all the world what GDAL would choose can be anything.
 static GDALDatasetH warp(const struct plane_map *m, GDALDatasetH d)
 {
     bool color = GDALGetRasterDataType(GDALGetRasterBand(d, 1)) == GDT_Byte;
-    char *heights[] = {"-of", "VRT", "-t_srs",  m->wkt, "-r",      "bilinear", "-dstnodata",
-                       "nan", "-wt", "Float32", "-ot",  "Float32", NULL};
-    char *colors[] = {"-of", "VRT", "-t_srs", m->wkt, "-r", "bilinear", "-dstalpha", NULL};
-    GDALWarpAppOptions *options = GDALWarpAppOptionsNew(color ? colors : heights, NULL);
+    const char *heights[] = {"-dstnodata", "nan", "-wt", "Float32", "-ot", "Float32", NULL};
+    const char *colors[] = {"-dstalpha", NULL};
+    const char *both[] = {"-of", "VRT", "-r", "bilinear", "-t_srs", m->wkt, NULL};
+    char **list = CSLDuplicate((char **)both);
+    for (const char **o = color ? colors : heights; *o; o++) list = CSLAddString(list, *o);
+    double edges[4];
+    edges_of(m, edges);
+    double spacing = spacing_on(m, d, edges);
+    if (isfinite(spacing) && spacing > 0) {
+        list = CSLAddString(list, "-te");
+        for (int i = 0; i < 4; i++) list = add_number(list, edges[i]);
+        list = CSLAddString(list, "-tr");
+        for (int i = 0; i < 2; i++) list = add_number(list, spacing / 2);
+    }
+    GDALWarpAppOptions *options = GDALWarpAppOptionsNew(list, NULL);
     GDALDatasetH out = options ? GDALWarp("", NULL, 1, &d, options, NULL) : NULL;
     GDALWarpAppOptionsFree(options);
+    CSLDestroy(list);
     return out;
 }
 

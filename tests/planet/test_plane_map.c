@@ -218,6 +218,35 @@ static void test_layers(void **state)
     put_away(&over);
 }
 
+// All the world by longitude and latitude over the map of a pole, which knows no place for the
+// other one: what GDAL makes of all of it has one sample of 1e20 m.
+static void test_the_world_over_a_pole(void **state)
+{
+    (void)state;
+    write_raster("pole.tif", "EPSG:3031", -3000000, 2020000, 20000);
+    width = 360, height = 180;
+    write_raster("world.tif", "EPSG:4326", -180, 90, 1);
+    width = 300, height = 202;
+    struct laid l = lay("pole.tif", "world.tif");
+    double worst = 0;
+    for (int row = 160; row < 174; row += 3)
+        for (int col = 15; col < 345; col += 15) {
+            // Snyder 1987, 21-33 to 21-40, with the scale 1 at 71 S.
+            double e = 0.0818191908426215, p[2] = {89.5 - row, -71}, t[2];
+            for (int i = 0; i < 2; i++) {
+                double f = -p[i] * M_PI / 180, s = e * sin(f);
+                t[i] = tan(M_PI / 4 - f / 2) / pow((1 - s) / (1 + s), e / 2);
+            }
+            double f = 71 * M_PI / 180, m = cos(f) / sqrt(1 - pow(e * sin(f), 2));
+            double r = 6378137 * m * t[0] / t[1], lon = (col - 179.5) * M_PI / 180;
+            worst = fmax(worst, fabs(height_at(&l, r * sin(lon), r * cos(lon)) -
+                                     (double)height_of(row, col)));
+        }
+    print_message("the world over a pole: %.2f m off\n", worst);
+    assert_true(worst < 6);
+    put_away(&l);
+}
+
 static void check_refused(const char *path, const char *what)
 {
     const source_set_params flat = {.flat = true};
@@ -311,6 +340,7 @@ int main(void)
         cmocka_unit_test(test_odd),
         cmocka_unit_test(test_feet),
         cmocka_unit_test(test_layers),
+        cmocka_unit_test(test_the_world_over_a_pole),
         cmocka_unit_test(test_degrees),
         cmocka_unit_test(test_what_cannot_be),
         cmocka_unit_test(test_only_rasters_lie_over),
