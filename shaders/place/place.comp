@@ -19,7 +19,6 @@ layout(location = 1) uniform uint fill_row;  // first of the fill's rows; the ri
 // the fill that was there before that level came in, without that ring itself.
 layout(location = 2) uniform float fill_part[FILL_RINGS + 1 + FILL_RINGS / 2 - 1];
 
-
 vec3 ring_of(uint vertex)
 {
     return vec3(ring[3u * vertex], ring[3u * vertex + 1u], ring[3u * vertex + 2u]);

@@ -227,7 +227,8 @@ static void copy_band(GDALDatasetH to, int number, GDALRasterBandH from, int bey
 }
 
 // A raster of longitudes that goes all the way round, with a few columns of either end beyond the
-// other, for the warper knows of no circle; NULL when it is none. Its masks are not taken along.
+// other, for the warper knows of no circle; NULL when it is none, or has a mask, which would be
+// lost.
 static GDALDatasetH closed_circle(GDALDatasetH d)
 {
     enum { BEYOND = 4 };
@@ -248,8 +249,9 @@ static GDALDatasetH closed_circle(GDALDatasetH d)
     return closed;
 }
 
-// What the dataset has no samples for has no data. The part that the map shows, at the distance
-// that its samples have there: of all the world what GDAL would choose can be anything.
+// What the dataset has no samples for has no data. The part that the map shows, at half the
+// distance that its samples have there, for they are resampled once more: of all the world what
+// GDAL would choose can be anything.
 static GDALDatasetH warp(const struct plane_map *m, GDALDatasetH d)
 {
     bool color = GDALGetRasterDataType(GDALGetRasterBand(d, 1)) == GDT_Byte;

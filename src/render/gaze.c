@@ -44,7 +44,7 @@ static double clear_of(struct probe *b, const geodetic *p, int *zoom, double *sp
 {
     double ground = ground_at(b, zoom, p->lat, p->lon);
     *spacing = grid_step_lat(*zoom) * b->meta->ellipsoid.a;
-    return p->height - ground - 0.02 * grid_step_lat(*zoom) * b->meta->ellipsoid.a;
+    return p->height - ground - 0.02 * *spacing;
 }
 
 // Metres from the camera down to the terrain. By the data under the camera and, nearer than half
