@@ -79,10 +79,8 @@ struct plan_walk *layer_walk(const struct import *im, const struct layer *l, int
 
 uint64_t layer_count(const struct import *im, const struct layer *l, int zoom)
 {
-    uint64_t n = 0;
     struct plan_walk *walk = layer_walk(im, l, zoom);
-    tile_id id;
-    while (plan_walk_next(walk, &id)) n++;
+    uint64_t n = plan_walk_left(walk);
     plan_walk_end(&walk);
     return n;
 }
@@ -121,11 +119,8 @@ static status make_layer(struct import *im, enum tile_layer layer)
         struct import_cache *cache = import_cache_create(im->store, CACHE_BYTES);
         struct workshop *workshop = layer_workshop(im, &l, crew_threads(im->crew), cache);
         crew_begin(im->crew, stages[layer], count_tiles(im, &l), workshop);
-        for (int zoom = l.max_zoom; !s && zoom >= 0; zoom--) {
-            struct plan_walk *walk = layer_walk(im, &l, zoom);
-            s = crew_make(im->crew, walk);
-            plan_walk_end(&walk);
-        }
+        for (int zoom = l.max_zoom; !s && zoom >= 0; zoom--)
+            s = crew_make(im->crew, layer_walk(im, &l, zoom));
         workshop_destroy(&workshop);
         import_cache_destroy(&cache);
         im->samples += (crew_count(im->crew).made - before) * TILE_SIZE * TILE_SIZE;

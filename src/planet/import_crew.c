@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "base/pool.h"
+#include "planet/import_shares.h"
 
 #define COMMIT_SECONDS   1.0
 #define PROGRESS_SECONDS 0.2
@@ -19,6 +20,7 @@ struct crew {
     crew_params params;
     struct pool *pool;
     struct workshop *workshop;
+    struct shares *shares; // of rank 0
     const char *stage;
     uint64_t stage_tiles, given;
     double committed_s, reported_s;
@@ -46,6 +48,7 @@ struct crew *crew_create(const crew_params *params)
     struct crew *c = NEW(struct crew);
     c->params = *params;
     c->pool = pool_create(params->threads, 1024);
+    c->shares = shares_create(params->team ? params->team->size : 1);
     c->committed_s = now_s();
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->finished, NULL);
@@ -56,6 +59,7 @@ void crew_destroy(struct crew **crew)
 {
     if (!*crew) return;
     pool_destroy(&(*crew)->pool);
+    shares_destroy(&(*crew)->shares);
     pthread_cond_destroy(&(*crew)->finished);
     pthread_mutex_destroy(&(*crew)->lock);
     free(*crew);
@@ -73,6 +77,7 @@ void crew_begin(struct crew *c, const char *stage, uint64_t tiles, struct worksh
     c->stage_tiles = tiles;
     c->given = 0;
     c->workshop = workshop;
+    shares_forget(c->shares);
     c->reported_s = -INFINITY; // at once
 }
 
@@ -166,10 +171,10 @@ static void submit(struct crew *c, tile_id id)
     pool_submit(c->pool, run_job, job);
 }
 
-// The next tile that is not there yet.
-static bool next_tile(struct crew *c, struct plan_walk *walk, tile_id *id)
+// The next tile for a rank that is not there yet.
+static bool next_tile(struct crew *c, int rank, tile_id *id)
 {
-    while (plan_walk_next(walk, id)) {
+    while (shares_next(c->shares, rank, id)) {
         c->given++;
         if (!import_store_has(c->params.store, *id)) return true;
         pthread_mutex_lock(&c->lock);
@@ -182,7 +187,7 @@ static bool next_tile(struct crew *c, struct plan_walk *walk, tile_id *id)
 }
 
 // Rank 0: answers every rank that asks. True when some did; *waiting: ranks not told to stop yet.
-static bool serve(struct crew *c, struct plan_walk *walk, int *waiting)
+static bool serve(struct crew *c, int *waiting)
 {
     const import_team *team = c->params.team;
     int rank;
@@ -190,10 +195,10 @@ static bool serve(struct crew *c, struct plan_walk *walk, int *waiting)
     bool any = false;
     while (team && team->asked(team->user, &rank, &s)) {
         tile_id ids[TEAM_BATCH];
-        int count = 0;
+        int count = 0, batch = shares_batch(c->shares, rank, TEAM_BATCH);
         any = true;
         fail(c, s);
-        while (!fares(c) && count < TEAM_BATCH && next_tile(c, walk, &ids[count])) count++;
+        while (!fares(c) && count < batch && next_tile(c, rank, &ids[count])) count++;
         if (count == 0) --*waiting;
         team->answer(team->user, rank, ids, count);
     }
@@ -201,19 +206,19 @@ static bool serve(struct crew *c, struct plan_walk *walk, int *waiting)
 }
 
 // Rank 0, or the only one.
-static void lead(struct crew *c, struct plan_walk *walk)
+static void lead(struct crew *c)
 {
     int limit = 4 * pool_threads(c->pool), waiting = c->params.team ? c->params.team->size - 1 : 0;
     bool more = true;
     tile_id id;
     while (more && !fares(c)) {
-        serve(c, walk, &waiting);
+        serve(c, &waiting);
         if (!wait_below(c, limit, waiting ? LOOK_NS : WAIT_NS)) continue;
-        more = next_tile(c, walk, &id);
+        more = next_tile(c, 0, &id);
         if (more) submit(c, id);
     }
     while (waiting > 0 || !wait_below(c, 1, waiting ? LOOK_NS : WAIT_NS)) {
-        if (!serve(c, walk, &waiting) && waiting) wait_below(c, 0, LOOK_NS);
+        if (!serve(c, &waiting) && waiting) wait_below(c, 0, LOOK_NS);
     }
 }
 
@@ -237,10 +242,12 @@ static status agree(struct crew *c, status s)
 
 status crew_make(struct crew *c, struct plan_walk *walk)
 {
+    bool follows = c->params.team && c->params.team->rank > 0;
+    shares_divide(c->shares, walk);
     status s = agree(c, import_store_look(c->params.store));
     if (s) return s;
-    if (c->params.team && c->params.team->rank > 0) follow(c);
-    else lead(c, walk);
+    if (follows) follow(c);
+    else lead(c);
     s = import_store_seal(c->params.store);
     return agree(c, fares(c) ? fares(c) : s);
 }

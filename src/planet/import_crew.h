@@ -32,8 +32,9 @@ int crew_threads(const struct crew *crew);
 // Work that follows: its name in reports, how many tiles it is about, who makes them (borrowed).
 void crew_begin(struct crew *crew, const char *stage, uint64_t tiles, struct workshop *workshop);
 
-// Makes the tiles of a walk, over which all ranks must agree (only rank 0's is walked); stored and
-// sealed by all when it returns. ERR_CANCELLED when progress asked to stop.
+// Makes the tiles of a walk (owned from now on), over which all ranks must agree, only rank 0's
+// being walked; stored and sealed by all when it returns. ERR_CANCELLED when progress asked to
+// stop.
 status crew_make(struct crew *crew, struct plan_walk *walk);
 
 struct crew_counters crew_count(struct crew *crew);

@@ -1,6 +1,8 @@
 #include "planet/import_plan.h"
 
+#include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 
@@ -13,11 +15,11 @@ struct region {
 };
 
 // Invariant: spans[at ...] of the current row are merged and ascending; `col` is the next column
-// inside spans[at].
+// inside spans[at]. `left` tiles are to come, in this row and those after.
 struct plan_walk {
     enum tile_layer layer;
-    int zoom, row, step, last_row;
-    bool empty;
+    int zoom, row, step;
+    uint64_t left;
     struct region *regions;
     struct span *spans;
     int region_count, span_count, at, col;
@@ -110,6 +112,26 @@ static void begin_row(struct plan_walk *w)
     if (w->span_count) w->col = w->spans[0].first;
 }
 
+// Counts the tiles, row by row, and begins at the first row.
+static void begin_walk(struct plan_walk *w)
+{
+    int first = grid_rows(w->zoom), last = -1;
+    for (int i = 0; i < w->region_count; i++) {
+        int north = row_of(w->zoom, w->regions[i].north),
+            south = row_of(w->zoom, w->regions[i].south);
+        if (north < first) first = north;
+        if (south > last) last = south;
+    }
+    for (w->row = first; w->row <= last; w->row++) {
+        begin_row(w);
+        for (int i = 0; i < w->span_count; i++)
+            w->left += (uint64_t)(w->spans[i].last - w->spans[i].first + 1);
+    }
+    w->step = w->zoom % 2 ? 1 : -1;
+    w->row = w->step > 0 ? first : last;
+    if (w->left) begin_row(w);
+}
+
 struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
                                   int count, const plan_bounds *bounds, int reach)
 {
@@ -122,38 +144,51 @@ struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_
             add_regions(w, &grids[i], bounds,
                         grids[i].zoom > zoom ? reach * grid_step_lat(zoom) : 0);
     w->spans = NEW_ARRAY(struct span, (size_t)w->region_count * 5 + 1);
-    w->row = grid_rows(zoom);
-    w->last_row = -1;
-    for (int i = 0; i < w->region_count; i++) {
-        int first = row_of(zoom, w->regions[i].north), last = row_of(zoom, w->regions[i].south);
-        if (first < w->row) w->row = first;
-        if (last > w->last_row) w->last_row = last;
-    }
-    w->empty = w->row > w->last_row;
-    w->step = zoom % 2 ? 1 : -1;
-    if (w->step < 0) {
-        int north = w->row;
-        w->row = w->last_row;
-        w->last_row = north;
-    }
-    if (!w->empty) begin_row(w);
+    begin_walk(w);
     return w;
+}
+
+// Goes on by up to `most` tiles of one row; how many.
+static uint64_t advance(struct plan_walk *w, uint64_t most)
+{
+    while (w->at >= w->span_count) {
+        w->row += w->step;
+        begin_row(w);
+    }
+    uint64_t run = (uint64_t)(w->spans[w->at].last - w->col + 1);
+    if (run > most) run = most;
+    w->left -= run;
+    w->col += (int)run;
+    if (w->col > w->spans[w->at].last && ++w->at < w->span_count) w->col = w->spans[w->at].first;
+    return run;
 }
 
 bool plan_walk_next(struct plan_walk *w, tile_id *id)
 {
-    while (w->at >= w->span_count) {
-        if (w->empty || w->row == w->last_row) return false;
-        w->row += w->step;
-        begin_row(w);
-    }
+    if (!w->left) return false;
+    advance(w, 0);
     *id = (tile_id){w->layer, w->zoom, w->row, w->col};
-    if (w->col < w->spans[w->at].last) {
-        w->col++;
-    } else if (++w->at < w->span_count) {
-        w->col = w->spans[w->at].first;
-    }
+    advance(w, 1);
     return true;
+}
+
+uint64_t plan_walk_left(const struct plan_walk *w)
+{
+    return w->left;
+}
+
+struct plan_walk *plan_walk_split(struct plan_walk *w, uint64_t keep)
+{
+    struct plan_walk *rest = NEW(struct plan_walk);
+    assert(keep <= w->left);
+    *rest = *w;
+    rest->regions = NEW_ARRAY(struct region, (size_t)w->region_count + 1);
+    rest->spans = NEW_ARRAY(struct span, (size_t)w->region_count * 5 + 1);
+    memcpy(rest->regions, w->regions, (size_t)w->region_count * sizeof *w->regions);
+    memcpy(rest->spans, w->spans, (size_t)w->span_count * sizeof *w->spans);
+    w->left = keep;
+    while (keep) keep -= advance(rest, keep);
+    return rest;
 }
 
 void plan_walk_end(struct plan_walk **walk)

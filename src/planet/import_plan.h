@@ -24,6 +24,9 @@ struct plan_walk;
 struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
                                   int count, const plan_bounds *bounds, int reach);
 bool plan_walk_next(struct plan_walk *walk, tile_id *id);
+uint64_t plan_walk_left(const struct plan_walk *walk); // tiles still to come
+// Leaves the walk its next `keep` tiles (at most what is left) and returns a walk of the rest.
+struct plan_walk *plan_walk_split(struct plan_walk *walk, uint64_t keep);
 void plan_walk_end(struct plan_walk **walk);
 
 #endif
