@@ -7,7 +7,6 @@
 #include <gdal.h>
 #include <gdal_alg.h>
 #include <gdal_utils.h>
-#include <gdal_vrt.h>
 #include <math.h>
 #include <ogr_srs_api.h>
 #include <pthread.h>
@@ -17,6 +16,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "planet/circle.h"
 #include "planet/grid.h"
 
 #define DEG (180 / M_PI)
@@ -211,44 +211,6 @@ static char **add_number(char **list, double value)
     return CSLAddString(list, text);
 }
 
-static void copy_band(GDALDatasetH to, int number, GDALRasterBandH from, int beyond)
-{
-    GDALAddBand(to, GDALGetRasterDataType(from), NULL);
-    GDALRasterBandH band = GDALGetRasterBand(to, number);
-    int known, width = GDALGetRasterBandXSize(from), height = GDALGetRasterBandYSize(from);
-    double none = GDALGetRasterNoDataValue(from, &known);
-    if (known) GDALSetRasterNoDataValue(band, none);
-    GDALSetRasterColorInterpretation(band, GDALGetRasterColorInterpretation(from));
-    const int parts[3][3] = {
-        {0, width, beyond}, {width - beyond, beyond, 0}, {0, beyond, width + beyond}};
-    for (int i = 0; i < 3; i++)
-        VRTAddSimpleSource((VRTSourcedRasterBandH)band, from, parts[i][0], 0, parts[i][1], height,
-                           parts[i][2], 0, parts[i][1], height, NULL, VRT_NODATA_UNSET);
-}
-
-// A raster of longitudes that goes all the way round, with a few columns of either end beyond the
-// other, for the warper knows of no circle; NULL when it is none, or has a mask, which would be
-// lost.
-static GDALDatasetH closed_circle(GDALDatasetH d)
-{
-    enum { BEYOND = 4 };
-    double g[6];
-    OGRSpatialReferenceH srs = GDALGetSpatialRef(d);
-    int width = GDALGetRasterXSize(d), height = GDALGetRasterYSize(d);
-    if (!srs || !OSRIsGeographic(srs) || GDALGetGeoTransform(d, g) != CE_None || g[2] != 0 ||
-        width < BEYOND || fabs(g[1] * width - 360) > 0.01 * g[1] ||
-        GDALGetMaskFlags(GDALGetRasterBand(d, 1)) & GMF_PER_DATASET)
-        return NULL;
-    GDALDatasetH closed = VRTCreate(width + 2 * BEYOND, height);
-    g[0] -= BEYOND * g[1];
-    g[3] -= BEYOND * g[4];
-    GDALSetGeoTransform(closed, g);
-    GDALSetSpatialRef(closed, srs);
-    for (int i = 1; i <= GDALGetRasterCount(d); i++)
-        copy_band(closed, i, GDALGetRasterBand(d, i), BEYOND);
-    return closed;
-}
-
 // What the dataset has no samples for has no data. The part that the map shows, at half the
 // distance that its samples have there, for they are resampled once more: of all the world what
 // GDAL would choose can be anything.
@@ -270,7 +232,7 @@ static GDALDatasetH warp(const struct plane_map *m, GDALDatasetH d)
         for (int i = 0; i < 2; i++) list = add_number(list, spacing / 2);
     }
     GDALWarpAppOptions *options = GDALWarpAppOptionsNew(list, NULL);
-    GDALDatasetH closed = closed_circle(d), from = closed ? closed : d;
+    GDALDatasetH closed = circle_close(d), from = closed ? closed : d;
     GDALDatasetH out = options ? GDALWarp("", NULL, 1, &from, options, NULL) : NULL;
     if (closed) GDALReleaseDataset(closed); // `out` holds on to it
     GDALWarpAppOptionsFree(options);

@@ -21,15 +21,17 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/vec.h"
+#include "planet/circle.h"
 #include "planet/import_raster.h"
 
 #define DEG (180 / M_PI)
 
 enum { SAMPLES = TILE_SIZE * TILE_SIZE };
 
-// The raster as GDAL has it, and as bands of heights or of colour and coverage.
+// The raster as GDAL has it, as bands of heights or of colour and coverage, and these closed where
+// they go all the way round.
 struct handle {
-    GDALDatasetH raw, bands;
+    GDALDatasetH raw, bands, closed;
     struct handle *next;
 };
 
@@ -142,6 +144,7 @@ static GDALDatasetH color_bands(GDALDatasetH d)
 static void handle_close(struct handle **handle)
 {
     if (!*handle) return;
+    if ((*handle)->closed) GDALReleaseDataset((*handle)->closed);
     if ((*handle)->bands) GDALClose((*handle)->bands);
     if ((*handle)->raw) GDALClose((*handle)->raw);
     free(*handle);
@@ -165,7 +168,8 @@ static struct handle *handle_open(const char *path, const struct plane_map *map,
         h->bands = *layer == LAYER_HEIGHT ? height_bands(h->raw) : color_bands(h->raw);
         if (map && h->bands) lay_on(h, path, map);
     }
-    if (!h->bands) handle_close(&h);
+    if (h->bands) h->closed = circle_close(h->bands);
+    else handle_close(&h);
     return h;
 }
 
@@ -308,34 +312,36 @@ static GDALDatasetH make_target(const struct source_raster *r, const double g[6]
     return d;
 }
 
-static bool warp(const struct source_raster *r, struct handle *h, GDALDatasetH target, int zoom)
+static bool warp(GDALDatasetH from, GDALDatasetH target, const char *how)
 {
-    bool finer = r->step / DEG < 0.75 * grid_step_lat(zoom);
-    char **args = add(add(NULL, "-r", finer ? "average" : "bilinear"), "-ovr", "AUTO");
-    if (!GDALGetSpatialRef(h->bands) && !GDALGetGCPSpatialRef(h->bands))
+    char **args = add(add(NULL, "-r", how), "-ovr", "AUTO");
+    if (!GDALGetSpatialRef(from) && !GDALGetGCPSpatialRef(from))
         args = add(args, "-s_srs", "EPSG:4326");
     GDALWarpAppOptions *options = GDALWarpAppOptionsNew(args, NULL);
     CSLDestroy(args);
     int failed = 0;
-    bool good = options && GDALWarp(NULL, target, 1, &h->bands, options, &failed) && !failed;
+    bool good = options && GDALWarp(NULL, target, 1, &from, options, &failed) && !failed;
     GDALWarpAppOptionsFree(options);
     return good;
 }
 
-// A raster around the globe whose edges do not quite meet at the antimeridian: what a tile has
-// beyond one edge comes from the other.
+// Of a raster around the globe interpolation at one edge needs what lies beyond the other. For
+// means, which need overviews, what a tile has beyond one edge comes from the other.
 static bool warp_around(const struct source_raster *r, struct handle *h, GDALDatasetH target,
                         int zoom, double g[6])
 {
     double east = g[0] + TILE_SIZE * g[1];
+    bool finer = r->step / DEG < 0.75 * grid_step_lat(zoom);
+    const char *how = finer ? "average" : "bilinear";
+    if (h->closed && !finer) return warp(h->closed, target, how);
     bool around = r->geographic && r->east - r->west > 359, good = true;
     if (around && (g[0] < r->west || east > r->east)) {
         double turned[6] = {g[0] + (g[0] < r->west ? 360 : -360), g[1], 0, g[3], 0, g[5]};
         GDALSetGeoTransform(target, turned);
-        good = warp(r, h, target, zoom);
+        good = warp(h->bands, target, how);
         GDALSetGeoTransform(target, g);
     }
-    return good && warp(r, h, target, zoom);
+    return good && warp(h->bands, target, how);
 }
 
 static bool take_heights(struct handle *h, GDALDatasetH target, float *out)
@@ -485,7 +491,7 @@ status source_raster_open_on(const char *path, enum tile_layer layer, const stru
     strcpy(r->path, path);
     r->layer = layer;
     r->map = map;
-    r->source = (struct source){.ops = &raster_ops, .path = r->path, .gaps_final = !map};
+    r->source = (struct source){.ops = &raster_ops, .path = r->path, .gaps_final = true};
     pthread_mutex_init(&r->lock, NULL);
     CPLPushErrorHandler(CPLQuietErrorHandler);
     status s = open_first(r);

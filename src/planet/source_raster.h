@@ -14,8 +14,7 @@
 // all logged.
 status source_raster_open(const char *path, enum tile_layer layer, struct source **out);
 
-// The same laid on the map of a projected raster; `map` outlives the source. What the raster has no
-// data for is filled from coarser tiles, so that the ground ends at the map's edge without a step.
+// The same laid on the map of a projected raster; `map` outlives the source.
 status source_raster_open_on(const char *path, enum tile_layer layer, const struct plane_map *map,
                              struct source **out);
 

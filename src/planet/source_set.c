@@ -128,7 +128,11 @@ static status open_raster(struct source_set *set, const char *name, enum tile_la
 {
     status s = OK;
     if (set->params.flat && set->count == 0) s = plane_map_open(name, &set->map);
-    return s ? s : source_raster_open_on(name, layer, set->map, out);
+    if (!s) s = source_raster_open_on(name, layer, set->map, out);
+    // The map's own raster goes on where it has no data, from coarser tiles, so that the ground
+    // ends at the map's edge without a step. What lies over it ends where its data do.
+    if (!s && set->map) (*out)->gaps_final = set->count > 0;
+    return s;
 }
 
 static status open_named(struct source_set *set, const char *name, enum tile_layer layer,

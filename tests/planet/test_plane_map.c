@@ -4,7 +4,8 @@
 // Fails when broken: the origin half a sample off, no unit conversion (samples); the map cut to
 // reach as far to both sides (odd); the map's axes exchanged, feet for metres (places); a layer not
 // warped (layers); gaps taken for final (metres: corners); the border's samples not carried on
-// (metres).
+// (metres); a world not turned before it is closed (352 m, the world over a pole); gaps of imagery
+// filled, or imagery not laid on the map (colour).
 #include "check.h"
 
 #include <dirent.h>
@@ -230,31 +231,158 @@ static double polar_distance(double lat_deg)
     return 6378137 * m * t[0] / t[1];
 }
 
-// All the world by longitude and latitude over the map of a pole, which knows no place for the
-// other one: what GDAL makes of all of it has one sample of 1e20 m.
+// All the world by longitude and latitude, from the antimeridian or from Greenwich on, over the map
+// of a pole, which knows no place for the other one: what GDAL makes of all of it has one sample of
+// 1e20 m.
 static void test_the_world_over_a_pole(void **state)
 {
     (void)state;
     write_raster("pole.tif", "EPSG:3031", -3000000, 2020000, 20000);
-    width = 360, height = 180;
-    write_raster("world.tif", "EPSG:4326", -180, 90, 1);
-    width = 300, height = 202;
-    struct laid l = lay("pole.tif", "world.tif");
-    double worst = 0, seam = 0;
-    for (int row = 160; row < 174; row += 3) {
-        double r = polar_distance(89.5 - row),
-               middle = 0.5 * ((double)height_of(row, 0) + (double)height_of(row, 359));
-        for (int col = 15; col < 345; col += 15) {
-            double lon = (col - 179.5) * M_PI / 180;
-            worst = fmax(worst, fabs(height_at(&l, r * sin(lon), r * cos(lon)) -
-                                     (double)height_of(row, col)));
+    for (int west = -180; west <= 0; west += 180) {
+        width = 360, height = 180;
+        write_raster("world.tif", "EPSG:4326", west, 90, 1);
+        width = 300, height = 202;
+        struct laid l = lay("pole.tif", "world.tif");
+        double worst = 0, seam = 0;
+        for (int row = 160; row < 174; row += 3) {
+            double r = polar_distance(89.5 - row),
+                   middle = 0.5 * ((double)height_of(row, 0) + (double)height_of(row, 359));
+            for (int col = 15; col < 345; col += 15) {
+                double lon = (west + col + 0.5) * M_PI / 180;
+                worst = fmax(worst, fabs(height_at(&l, r * sin(lon), r * cos(lon)) -
+                                         (double)height_of(row, col)));
+            }
+            seam = fmax(seam, fabs(height_at(&l, 0, west ? -r : r) - middle));
         }
-        seam = fmax(seam, fabs(height_at(&l, 0, -r) - middle));
+        print_message("the world from %d over a pole: %.2f m off, %.2f where it closes\n", west,
+                      worst, seam);
+        assert_true(worst < 6);
+        assert_true(seam < 30); // of a step of 718 m
+        put_away(&l);
     }
-    print_message("the world over a pole: %.2f m off, %.2f where it closes\n", worst, seam);
-    assert_true(worst < 6);
-    assert_true(seam < 30); // of a step of 718 m
+}
+
+// Colours that tell longitude and latitude, opaque, in a part of the world or around it.
+static unsigned char colour_of(int channel, double lat_deg, double lon_deg)
+{
+    double turn = lon_deg * M_PI / 180;
+    double value = channel == 0   ? 128 + 100 * sin(turn)
+                   : channel == 1 ? 128 + 100 * cos(turn)
+                                  : 128 + lat_deg;
+    return (unsigned char)lrint(value);
+}
+
+// Stretches degrees so that a small raster has all colours.
+static double stretch = 1;
+
+static void write_colours(const char *path, double west, double north, double step, int columns,
+                          int rows)
+{
+    unsigned char *rgb = malloc((size_t)(columns * rows) * 3);
+    assert_non_null(rgb);
+    for (int i = 0; i < columns * rows; i++)
+        for (int c = 0; c < 3; c++)
+            rgb[3 * i + c] = colour_of(c, stretch * (north - (i / columns + 0.5) * step),
+                                       stretch * (west + (i % columns + 0.5) * step));
+    GDALDatasetH d =
+        GDALCreate(GDALGetDriverByName("GTiff"), path, columns, rows, 3, GDT_Byte, NULL);
+    OGRSpatialReferenceH srs = OSRNewSpatialReference(NULL);
+    assert_non_null(d);
+    OSRSetWellKnownGeogCS(srs, "WGS84");
+    GDALSetSpatialRef(d, srs);
+    OSRDestroySpatialReference(srs);
+    GDALSetGeoTransform(d, (double[6]){west, step, 0, north, 0, -step});
+    assert_int_equal(GDALDatasetRasterIO(d, GF_Write, 0, 0, columns, rows, rgb, columns, rows,
+                                         GDT_Byte, 3, NULL, 3, 3 * columns, 1),
+                     CE_None);
+    GDALClose(d);
+    free(rgb);
+}
+
+// The sample of colour at metres from the map's origin, and the place of its centre.
+static void read_colour(const struct laid *l, double *east, double *north, unsigned char rgb[3])
+{
+    const struct planet_meta *m = pyramid_meta(l->pyramid);
+    const pyramid_tile *tile;
+    int zoom = m->max_zoom[LAYER_COLOR];
+    double step = grid_step_lat(zoom), a = m->ellipsoid.a;
+    int64_t row = (int64_t)floor((M_PI / 2 - *north / a) / step),
+            col = (int64_t)floor((M_PI + *east / a) / step);
+    tile_id id = {LAYER_COLOR, zoom, (int)(row / TILE_SIZE), (int)(col / TILE_SIZE)};
+    assert_int_equal(pyramid_acquire(l->pyramid, id, &tile), OK);
+    memcpy(rgb, tile->rgba + 4 * (row % TILE_SIZE * TILE_SIZE + col % TILE_SIZE), 3);
+    pyramid_release(l->pyramid, &tile);
+    *north = (M_PI / 2 - ((double)row + 0.5) * step) * a;
+    *east = (((double)col + 0.5) * step - M_PI) * a;
+}
+
+// Greatest difference from the colours of the place, by the system's own transformation.
+static double colours_off(const struct laid *l, int epsg, double x, double y, const double at[][2],
+                          int count)
+{
+    OGRSpatialReferenceH from = OSRNewSpatialReference(NULL), to = OSRNewSpatialReference(NULL);
+    OSRImportFromEPSG(from, epsg);
+    OSRSetWellKnownGeogCS(to, "WGS84");
+    OSRSetAxisMappingStrategy(from, OAMS_TRADITIONAL_GIS_ORDER);
+    OSRSetAxisMappingStrategy(to, OAMS_TRADITIONAL_GIS_ORDER);
+    OGRCoordinateTransformationH way = OCTNewCoordinateTransformation(from, to);
+    double worst = 0;
+    for (int i = 0; i < count; i++) {
+        unsigned char rgb[3];
+        double east = at[i][0], north = at[i][1];
+        read_colour(l, &east, &north, rgb);
+        double lon = x + east, lat = y + north;
+        assert_true(OCTTransform(way, 1, &lon, &lat, NULL));
+        for (int c = 0; c < 3; c++)
+            worst = fmax(worst, fabs((double)rgb[c] - colour_of(c, stretch * lat, stretch * lon)));
+    }
+    OCTDestroyCoordinateTransformation(way);
+    OSRDestroySpatialReference(from);
+    OSRDestroySpatialReference(to);
+    return worst;
+}
+
+// Imagery by longitude and latitude over heights in metres: each colour at its place, nothing
+// beside it, and the heights as they are without it.
+static void test_colour_over_heights(void **state)
+{
+    (void)state;
+    static const double inside[][2] = {
+        {-3000, 1500}, {-1000, -2000}, {0, 0}, {1700, 2200}, {3100, -900}};
+    write_raster("utm.tif", "EPSG:32632", 500000 - 4500, 4982950.4 + 3030, 30);
+    stretch = 1000;
+    write_colours("imagery.tif", 9 - 0.05, 45 + 0.021, 0.0005, 200, 84);
+    struct laid l = lay("utm.tif", "imagery.tif");
+    double off = colours_off(&l, 32632, 500000, 4982950.4, inside, 5);
+    print_message("colours over UTM: %.0f of 255 off\n", off);
+    assert_true(off <= 6);
+    unsigned char rgb[3];
+    read_colour(&l, &(double){0}, &(double){2900}, rgb);
+    static const unsigned char bare[3] = {156, 150, 140};
+    assert_memory_equal(rgb, bare, 3);
+    check_samples(&l, 30);
     put_away(&l);
+}
+
+static void test_colour_over_a_pole(void **state)
+{
+    (void)state;
+    double at[24][2];
+    write_raster("pole.tif", "EPSG:3031", -3000000, 2020000, 20000);
+    stretch = 1;
+    for (int i = 0; i < 24; i++) { // Greenwich and the antimeridian among them
+        double r = polar_distance(-75 - i % 3 * 4), lon = i * M_PI / 12;
+        at[i][0] = r * sin(lon);
+        at[i][1] = r * cos(lon);
+    }
+    for (int west = -180; west <= 0; west += 180) {
+        write_colours("imagery.tif", west, 90, 1, 360, 180);
+        struct laid l = lay("pole.tif", "imagery.tif");
+        double off = colours_off(&l, 3031, 0, 0, at, 24);
+        print_message("colours over a pole: %.0f of 255 off\n", off);
+        assert_true(off <= 4);
+        put_away(&l);
+    }
 }
 
 static void check_refused(const char *path, const char *what)
@@ -351,6 +479,8 @@ int main(void)
         cmocka_unit_test(test_feet),
         cmocka_unit_test(test_layers),
         cmocka_unit_test(test_the_world_over_a_pole),
+        cmocka_unit_test(test_colour_over_heights),
+        cmocka_unit_test(test_colour_over_a_pole),
         cmocka_unit_test(test_degrees),
         cmocka_unit_test(test_what_cannot_be),
         cmocka_unit_test(test_only_rasters_lie_over),
