@@ -5,6 +5,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -21,6 +22,22 @@ static inline void check_near_at(const char *file, int line, const char *what, d
     if (fabs(got - want) <= tol) return;
     print_error("%s: got %.17g, want %.17g, difference %g > %g\n", what, got, want, got - want,
                 tol);
+    _fail(file, line);
+}
+
+// Fails unless both files have the same bytes, and some; says where they differ.
+#define check_same_files(a, b) check_same_files_at(__FILE__, __LINE__, (a), (b))
+
+static inline void check_same_files_at(const char *file, int line, const char *a, const char *b)
+{
+    FILE *fa = fopen(a, "rb"), *fb = fopen(b, "rb");
+    long at = -1;
+    for (int x = 0, y = 0; fa && fb && x != EOF && x == y; at++) x = getc(fa), y = getc(fb);
+    bool same = at > 0 && feof(fa) && feof(fb);
+    if (fa) fclose(fa);
+    if (fb) fclose(fb);
+    if (same) return;
+    print_error("%s and %s are not the same from byte %ld on\n", a, b, at);
     _fail(file, line);
 }
 

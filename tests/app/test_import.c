@@ -46,29 +46,6 @@ static int set_up(void **state)
     return 0;
 }
 
-static size_t load(const char *path, unsigned char **bytes)
-{
-    FILE *f = fopen(path, "rb");
-    assert_non_null(f);
-    fseek(f, 0, SEEK_END);
-    size_t size = (size_t)ftell(f);
-    rewind(f);
-    *bytes = malloc(size);
-    assert_int_equal(fread(*bytes, 1, size, f), size);
-    fclose(f);
-    return size;
-}
-
-static void expect_same_as_whole(const char *path)
-{
-    unsigned char *a, *b;
-    size_t size = load("whole.planet", &a);
-    assert_int_equal(load(path, &b), size);
-    assert_memory_equal(a, b, size);
-    free(a);
-    free(b);
-}
-
 // Starts the import on a terminal of its own, `screen`; gone on with when there is a part.
 static pid_t start(const char *output, int *screen)
 {
@@ -144,7 +121,7 @@ static void expect_whole(const char *output)
     const char *end = strstr(err, "\r\033[K");
     assert_non_null(end);
     if (!strstr(end, " complete: ") || strstr(end, "] ")) fail_msg("the bar stays: %s", err);
-    expect_same_as_whole(output);
+    check_same_files("whole.planet", output);
 }
 
 // As a stage begins, by the key or by a request to end.
@@ -168,7 +145,7 @@ static void test_interrupted_in_each_stage(void **state)
     print_message("interrupted %d times\n", interrupted);
     assert_true(interrupted > 0);
     if (access("stages.planet", F_OK)) expect_whole("stages.planet");
-    else expect_same_as_whole("stages.planet");
+    else check_same_files("whole.planet", "stages.planet");
 }
 
 // At times that no stage chose, from before the program is up on.
@@ -189,7 +166,7 @@ static void test_interrupted_anywhere(void **state)
     print_message("interrupted %d times\n", interrupted);
     assert_true(interrupted > 0);
     if (access("any.planet", F_OK)) expect_whole("any.planet");
-    else expect_same_as_whole("any.planet");
+    else check_same_files("whole.planet", "any.planet");
 }
 
 // Pressed twice it ends at once, as by kill; nothing committed is lost by that either.

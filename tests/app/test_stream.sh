@@ -21,7 +21,7 @@ grep -q 'planet.json: exists' said || fail "an export that exists is not named"
 secure=
 if command -v openssl >/dev/null; then
     try openssl req -x509 -newkey rsa:2048 -nodes -keyout key.pem -out cert.pem -days 2 -subj /CN=localhost \
-        -addext subjectAltName=DNS:localhost,IP:127.0.0.1
+        -addext subjectAltName=DNS:localhost
     secure="listen 127.0.0.1:$((port + 1)) ssl http2; ssl_certificate cert.pem; ssl_certificate_key key.pem;
         location /away/ { return 302 http://127.0.0.1:$port/world/planet.json; }"
 fi
@@ -65,6 +65,9 @@ if [[ -n $secure ]]; then
     safe=https://localhost:$((port + 1))/world/planet.json
     if "$perigee" render "$safe" --tile-cache none "${camera[@]}" -o x.exr 2>said; then fail "any certificate will do"; fi
     grep -qi 'certificate' said || { cat said; fail "a wrong certificate is not named"; }
+    if SSL_CERT_FILE=$work/cert.pem "$perigee" render "${safe/localhost/127.0.0.1}" --tile-cache none "${camera[@]}" \
+        -o x.exr 2>said; then fail "the certificate of another host will do"; fi
+    grep -q 'subject name' said || { cat said; fail "the certificate of another host is not named"; }
     SSL_CERT_FILE=$work/cert.pem see secure.exr "$safe" --tile-cache none
     cmp served.exr secure.exr || fail "https shows another picture"
     (($(grep -c '^HTTP/2' access.log) == $(wc -l <access.log))) || fail "not all by HTTP/2"

@@ -90,6 +90,16 @@ int fault_server_most(void)
     return number_after("\"most\": ");
 }
 
+int fault_server_pause(const char *path, int n)
+{
+    char from[256], text[8192];
+    snprintf(from, sizeof from, "/control/pauses%s", path);
+    ask(from, text, sizeof text);
+    const char *at = strchr(text, '[');
+    for (; at && n > 0; n--) at = strchr(at + 1, ',');
+    return at && at[1] != ']' ? atoi(at + 1) : -1;
+}
+
 void fault_server_sick(const char *kind)
 {
     char path[128], text[8192];

@@ -15,6 +15,9 @@ const char *fault_url(const char *path);
 int fault_server_seen(const char *part);
 // The most that were answered at once.
 int fault_server_most(void);
+// Milliseconds, rounded up, between the n-th request for a path (from 0) and the next; -1: there
+// was none.
+int fault_server_pause(const char *path, int n);
 // What /sick/ is from now on: a path without its slash, "ok" to be healthy.
 void fault_server_sick(const char *kind);
 // Should /down/ be dead?

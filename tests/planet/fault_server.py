@@ -7,15 +7,18 @@
 /status/N/...    answer N;  /busy/S/N/...  429 with Retry-After S to the first N, then as without
 /flaky/N/...     500 to the first N, then as without
 /down/...        the connection is closed without an answer, while /control/down is set
-/short/...       half of what Content-Length promises;  /huge/  40 MiB;  /html/  a page that says 200
+/short/...       half of what Content-Length promises;  /huge/  40 MiB;  /endless/  up to 64 MiB of unknown length
+/html/...        a page that says 200
 /size/...        a PNG of 512 x 512;  /bomb/  a PNG that says 60000 x 60000;  /cut/  half a PNG, well framed
-/to/SCHEME/...   a redirect to file:, ftp: or back to /ok/
-/tag/...         ETag and max-age=0; 304 when it is asked for by its tag
+/to/SCHEME/...   a redirect to file:, ftp: or back to /ok/;  /loop/  one to itself
+/tag/...         ETag and max-age=0; 304 when it is asked for by its tag;  /dated/  the same by Last-Modified
 /sick/...        as /ok/, or as the kind that /control/sick/KIND (and what follows) said last; ok: healthy
 /control/stats   requests by their first part, and the most at once;  /control/down/0 or 1
+/control/pauses/...  milliseconds between the requests for the rest of the path, rounded up
 """
 import collections
 import json
+import math
 import struct
 import sys
 import threading
@@ -26,6 +29,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 lock = threading.Lock()
 seen = collections.Counter()
 tries = collections.Counter()
+times = collections.defaultdict(list)
 now_open = most_open = 0
 down = False
 sick = ["ok"]
@@ -77,6 +81,10 @@ class Handler(BaseHTTPRequestHandler):
             sick = parts[1:]
         if parts[0] == "down":
             down = parts[1] == "1"
+        if parts[0] == "pauses":
+            when = times["/" + "/".join(parts[1:])]
+            pauses = [math.ceil(1000 * (b - a)) for a, b in zip(when, when[1:])]
+            return self.answer(200, json.dumps({"pauses": pauses}).encode(), "application/json")
         self.answer(200, json.dumps({"seen": seen, "most": most_open}).encode(), "application/json")
 
     def do_GET(self):
@@ -86,6 +94,7 @@ class Handler(BaseHTTPRequestHandler):
             return self.control(parts[1:])
         with lock:
             seen[parts[0]] += 1
+            times[self.path].append(time.monotonic())
             now_open += 1
             most_open = max(most_open, now_open)
         try:
@@ -120,6 +129,13 @@ class Handler(BaseHTTPRequestHandler):
             return self.answer(200, b"x" * 1000, length=2000)
         if kind == "huge":
             return self.answer(200, bytes(40 << 20))
+        if kind == "endless":
+            self.close_connection = True
+            self.send_response(200)
+            self.end_headers()
+            for _ in range(64):
+                self.wfile.write(bytes(1 << 20))
+            return None
         if kind == "html":
             return self.answer(200, b"<html><body>You are offline</body></html>", "text/html")
         if kind == "size":
@@ -132,6 +148,12 @@ class Handler(BaseHTTPRequestHandler):
         if kind == "to":
             target = {"file": "file:///etc/hostname", "ftp": "ftp://127.0.0.1/x"}.get(rest[0])
             return self.answer(302, Location=target or "/ok/" + "/".join(rest[1:]))
+        if kind == "loop":
+            return self.answer(302, Location=self.path)
+        if kind == "dated":
+            day = "Tue, 03 Nov 2026 10:00:00 GMT"
+            same = self.headers.get("If-Modified-Since") == day
+            return self.answer(304 if same else 200, b"" if same else tile(rest), Last_Modified=day, Cache_Control="max-age=0")
         if kind == "tag":
             if self.headers.get("If-None-Match") == '"one"':
                 return self.answer(304, ETag='"one"', Cache_Control="max-age=0")

@@ -157,16 +157,6 @@ static void opened_on_a_disk_that_fails(void **state)
     assert_non_null(strstr(said, "globe.planet"));
 }
 
-static bool same_bytes(const char *a, const char *b)
-{
-    FILE *fa = fopen(in_dir(a), "rb"), *fb = fopen(in_dir(b), "rb");
-    bool same = fa && fb;
-    for (int x = 0, y = 0; same && x != EOF; same &= x == y) x = getc(fa), y = getc(fb);
-    if (fa) fclose(fa);
-    if (fb) fclose(fb);
-    return same;
-}
-
 // Full after so many of the bytes that an import writes: the import ends with a message, there is
 // no finished file, and with room it goes on to the same file.
 static void a_disk_that_gets_full(void **state)
@@ -177,7 +167,7 @@ static void a_disk_that_gets_full(void **state)
     assert_int_equal(import_globe("whole.planet", false), OK);
     long long all = bad_disk_written() - before;
     assert_true(all > 1000000);
-    assert_true(same_bytes("globe.planet", "whole.planet"));
+    check_same_files(in_dir("globe.planet"), in_dir("whole.planet"));
     for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
         lines = 0;
         bad_disk_room((long long)(shares[i] * (double)all));
@@ -191,7 +181,7 @@ static void a_disk_that_gets_full(void **state)
         assert_non_null(strstr(said, "full"));
         assert_true(access(in_dir("full.planet"), F_OK) != 0);
         assert_int_equal(import_globe("full.planet", true), OK);
-        assert_true(same_bytes("globe.planet", "full.planet"));
+        check_same_files(in_dir("globe.planet"), in_dir("full.planet"));
         unlink(in_dir("full.planet"));
     }
 }
@@ -239,7 +229,7 @@ static void two_imports_of_one_planet(void **state)
     assert_int_equal(write(go[1], &x, 1), 1);
     waitpid(child, &result, 0);
     assert_true(WIFEXITED(result) && WEXITSTATUS(result) == 0);
-    assert_true(same_bytes("globe.planet", "twice.planet"));
+    check_same_files(in_dir("globe.planet"), in_dir("twice.planet"));
 }
 
 int main(void)

@@ -9,6 +9,7 @@
 #include "planet/fetch.h"
 #include "planet/pyramid.h"
 #include "planet/source_remote.h"
+#include "planet/source_set.h"
 
 static char last[1024];
 static int lines;
@@ -53,8 +54,10 @@ static void answers(void **state)
         {"/status/403/1", ERR_FORMAT, 1},
         {"/status/304/1", ERR_FORMAT, 1},
         {"/huge/1", ERR_FORMAT, 1},
+        {"/endless/1", ERR_FORMAT, 1},
         {"/to/file/1", ERR_FORMAT, 1},
         {"/to/ftp/1", ERR_FORMAT, 1},
+        {"/loop/1", ERR_FORMAT, 5},
         {"/flaky/2/1/2/3", OK, 3},
         {"/status/500/1", ERR_IO, 4},
         {"/short/1", ERR_IO, 4},
@@ -76,6 +79,67 @@ static void answers(void **state)
     }
 }
 
+// Nothing but http and https is spoken, whoever asks.
+static void other_schemes_are_refused(void **state)
+{
+    (void)state;
+    static const char *const urls[] = {"file:///etc/hostname", "ftp://127.0.0.1/x",
+                                       "gopher://127.0.0.1/x", "dict://127.0.0.1/x"};
+    for (size_t i = 0; i < sizeof urls / sizeof *urls; i++) {
+        struct fetcher *f = fetcher();
+        const fetch_body *body;
+        lines = 0;
+        assert_int_equal(fetch_wait(f, urls[i], 1 << 20, 20, &body), ERR_FORMAT);
+        assert_int_equal(lines, 1);
+        assert_non_null(strstr(last, urls[i]));
+        fetcher_destroy(&f);
+    }
+}
+
+// Between tries are pauses that grow: 1/4 s, 1/2 s, 1 s at least. A busy machine makes them longer.
+static void pauses_grow(void **state)
+{
+    (void)state;
+    static const int least_ms[] = {250, 500, 1000};
+    struct fetcher *f = fetcher();
+    size_t size;
+    assert_int_equal(get(f, "/status/502/1", &size), ERR_IO);
+    for (int i = 0; i < 3; i++) {
+        int pause = fault_server_pause("/status/502/1", i);
+        print_message("pause %d: %d ms\n", i, pause);
+        assert_true(pause >= least_ms[i]);
+    }
+    assert_int_equal(fault_server_pause("/status/502/1", 3), -1);
+    fetcher_destroy(&f);
+}
+
+// A server that takes the question and says nothing is not waited for.
+static void silence_ends(void **state)
+{
+    (void)state;
+    fetch_params params = {.timeout_s = 0.3};
+    struct fetcher *f = fetcher_create(&params);
+    size_t size;
+    int before = fault_server_seen("slow");
+    assert_int_equal(get(f, "/slow/20000/1/2/3", &size), ERR_IO);
+    assert_int_equal(fault_server_seen("slow") - before, 4);
+    fetcher_destroy(&f);
+}
+
+// Documents too are read up to a bound.
+static void a_document_that_is_too_large(void **state)
+{
+    (void)state;
+    source_set_params none = {0};
+    struct source_set *set = source_set_create(&none);
+    lines = 0;
+    assert_int_equal(source_set_add(set, fault_url("/endless/planet.json"), LAYER_COUNT, 1),
+                     ERR_FORMAT);
+    assert_true(lines > 0 && lines <= 2);
+    assert_non_null(strstr(last, "/endless/planet.json: refused"));
+    source_set_destroy(&set);
+}
+
 // Retry-After: nothing is asked of the server before.
 static void retry_after_is_kept(void **state)
 {
@@ -89,31 +153,34 @@ static void retry_after_is_kept(void **state)
     fetcher_destroy(&f);
 }
 
-// What is old on disk is asked for by its tag; "the same" brings no body, and the one on disk is
-// given.
+// What is old on disk is asked for by its tag or its date; "the same" brings no body, and the one
+// on disk is given.
 static void the_same_as_before(void **state)
 {
     (void)state;
+    static const char *const kinds[] = {"tag", "dated"};
     char dir[] = "fetch-XXXXXX", path[64], command[64];
     assert_non_null(mkdtemp(dir));
     snprintf(path, sizeof path, "%s/tiles.db", dir);
-    size_t sizes[3] = {0};
-    for (int run = 0; run < 3; run++) {
+    for (int i = 0; i < 6; i++) {
+        static size_t sizes[6];
+        char what[32];
         struct disk_cache *disk;
         struct fetch_counters c;
         assert_int_equal(disk_cache_open(path, 1 << 20, &disk), OK);
         fetch_params params = {.timeout_s = 5, .disk = disk};
         struct fetcher *f = fetcher_create(&params);
-        assert_int_equal(get(f, "/tag/4/5/6", &sizes[run]), OK);
-        assert_int_equal(sizes[run], sizes[0]);
+        snprintf(what, sizeof what, "/%s/4/5/6", kinds[i / 3]);
+        assert_int_equal(get(f, what, &sizes[i]), OK);
+        assert_int_equal(sizes[i], sizes[0]);
         fetch_counters(f, &c);
         assert_int_equal(c.started, 1);
-        assert_int_equal(c.same, run > 0);
-        assert_true(run == 0 || c.bytes == 0);
+        assert_int_equal(c.same, i % 3 > 0);
+        assert_true(i % 3 == 0 || c.bytes == 0);
         fetcher_destroy(&f);
         disk_cache_close(&disk);
+        assert_int_equal(fault_server_seen(kinds[i / 3]), i % 3 + 1);
     }
-    assert_int_equal(fault_server_seen("tag"), 3);
     snprintf(command, sizeof command, "rm -r %s", dir);
     assert_int_equal(system(command), 0);
 }
@@ -351,6 +418,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(answers),
         cmocka_unit_test(in_flight_is_bounded),
+        cmocka_unit_test(other_schemes_are_refused),
+        cmocka_unit_test(pauses_grow),
+        cmocka_unit_test(silence_ends),
+        cmocka_unit_test(a_document_that_is_too_large),
         cmocka_unit_test(retry_after_is_kept),
         cmocka_unit_test(the_same_as_before),
         cmocka_unit_test(bodies_that_are_no_tiles),
