@@ -44,10 +44,10 @@ static double worst_in(const char *name, box b)
     struct source *source = open_raster(name, LAYER_HEIGHT);
     int zoom = source->meta.max_zoom[LAYER_HEIGHT];
     double worst = 0;
-    for (int i = 0; i <= 8; i++)
-        for (int k = 0; k <= 8; k++) {
-            double lat = b.south + (b.north - b.south) * i / 8, at, on,
-                   lon = geo_wrap_lon((b.west + (b.east - b.west) * k / 8) * RAD);
+    for (int i = 0; i <= 6; i++)
+        for (int k = 0; k <= 6; k++) {
+            double lat = b.south + (b.north - b.south) * i / 6, at, on,
+                   lon = geo_wrap_lon((b.west + (b.east - b.west) * k / 6) * RAD);
             int index;
             tile_id id = tile_at(LAYER_HEIGHT, zoom, lat * RAD, lon, &index);
             read_tile(source, id, heights);
