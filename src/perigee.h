@@ -170,7 +170,7 @@ typedef struct perigee_view_params {
     bool planar_residuals;   // true: heights are whole quanta of 1/2400 of their distance, at least
                              // 2^-10 m, and what data add to the coarser level is added to it on
                              // the GPU (2005, 2.4): half the bytes of heights to upload
-    int levels;              // 0: 22 (levels 0-21: the finest ring is 9.5 m wide)
+    int levels;              // 0: 24, the most (levels 0-23: the finest ring is 2.4 m wide)
     int first_level;         // coarsest level drawn; 0: by the horizon
     int last_level;          // finest level drawn; 0: by the pixel size
     enum perigee_transform transform;

@@ -3,12 +3,12 @@
 #extension GL_ARB_shader_draw_parameters : require
 #endif
 #include "lib/blocks.glsl"
+#include "lib/rings.glsl"
 #ifdef TEXCOORD_VERTEX
 #include "lib/map.glsl"
 #endif
 
 layout(location = 0) in vec3 position; // m, tangent frame, from the camera
-layout(location = 1) in vec3 ring;
 
 layout(location = 0) out vec2 ring_ne;
 #ifdef TEXCOORD_VERTEX
@@ -22,7 +22,6 @@ layout(std430, binding = 0) readonly buffer Strides { uint strides[]; }; // of e
 #endif
 
 layout(std430, binding = 1) readonly buffer Place { float place[]; };
-layout(std430, binding = 2) readonly buffer Ring { float rings[]; };
 
 // Vertices that go, or have just come, slide onto ones that stay (src/render/stride.h). Rows of a band; the fill's first row, and
 // the first but one of the fill before; stride of the columns. Share by which every second column has slid, and by which the
@@ -38,7 +37,7 @@ struct point {
 point vertex_at(int row, int column)
 {
     int i = 3 * (row * int(view.rings.w) + column);
-    return point(vec3(place[i], place[i + 1], place[i + 2]), vec3(rings[i], rings[i + 1], rings[i + 2]));
+    return point(vec3(place[i], place[i + 1], place[i + 2]), ring_at(row, column));
 }
 
 point mixed(point a, point b, float t)
@@ -65,8 +64,8 @@ point slid_down(int row, int column)
     return p;
 }
 
-// Along its radius, then along its ring.
-point slide(point own)
+// This vertex slid along its radius, then along its ring.
+point slide()
 {
     int columns = int(view.rings.w), row = gl_VertexID / columns, column = gl_VertexID - row * columns;
     vec2 band = row < cut.y ? bands[row / cut.x] : vec2(1.0, 0.0);
@@ -75,7 +74,7 @@ point slide(point own)
     // The meridian stands twice.
     float along = ((column - (column > columns / 2 - 1 ? 1 : 0)) / right & 1) == 1 ? slid.x : 0.0;
     bool moves = across + along > 0.0 || (slid.y > 0.0 && row >= int(view.rings.y * view.rings.z));
-    point sum = own;
+    point sum = point(position, ring_at(row, column));
     for (int k = 0; k < (along > 0.0 ? 2 : moves ? 1 : 0); k++) {
         int at = column - k * right;
         point p = slid_down(row, at);
@@ -87,7 +86,7 @@ point slide(point own)
 
 void main()
 {
-    point at = slide(point(position, ring));
+    point at = slide();
     gl_Position = view.clip_from_tangent * vec4(at.position, 1.0);
     ring_ne = at.ring.xy;
 #ifdef TEXCOORD_VERTEX

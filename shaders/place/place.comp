@@ -5,24 +5,18 @@
 #include "lib/map.glsl"
 #include "lib/windows.glsl"
 #include "lib/place_frame.glsl"
+#include "lib/rings.glsl"
 
 layout(local_size_x = 64) in;
 
 // One cell: first ring row, rows, first column, columns (vertices, both ends included); from bit 16 on, the strides.
 layout(std430, binding = 0) readonly buffer Cells { uvec4 cells[]; };
-layout(std430, binding = 1) buffer Ring { float ring[]; };      // n~, e~, v~ of every vertex
-layout(std430, binding = 2) writeonly buffer Place { float place[]; }; // up, east, north (m), tangent frame, from the camera
+layout(std430, binding = 1) writeonly buffer Place { float place[]; }; // up, east, north (m), tangent frame, from the camera
 
 layout(location = 0) uniform uint first_cell;
-layout(location = 1) uniform uint fill_row;  // first of the fill's rows; the rings stand before it
-// Radii of the fill's rings, of the innermost ring. After them come, of the last level's first ring, those of the outer half of
-// the fill that was there before that level came in, without that ring itself.
-layout(location = 2) uniform float fill_part[FILL_RINGS + 1 + FILL_RINGS / 2 - 1];
-
-vec3 ring_of(uint vertex)
-{
-    return vec3(ring[3u * vertex], ring[3u * vertex + 1u], ring[3u * vertex + 2u]);
-}
+layout(location = 1) uniform uint fill_row; // first of the fill's rows, after which come, of the last level's first ring, those
+                                            // of the outer half of the fill that was there before that level came in, without
+                                            // that ring itself. The rings stand before them
 
 void main()
 {
@@ -33,23 +27,9 @@ void main()
     uint row = cell.x + i / across * (cell.y >> 16), column = cell.z + i % across * (cell.w >> 16);
     uint columns = view.rings.w, rings = view.rings.z, last = view.rings.y;
     uint vertex = row * columns + column;
-    uint ring_row = row;
-    vec3 r;
-    if (row < fill_row) {
-        r = ring_of(vertex);
-    } else {
-        bool before = row > fill_row + FILL_RINGS;
-        ring_row = (before ? last : last + 1u) * rings;
-        r = ring_of(ring_row * columns + column);
-        if (row > fill_row) {
-            r.xy *= fill_part[row - fill_row];
-            float ss = r.x * r.x + r.y * r.y;
-            r.z = ss / (1.0 + sqrt(1.0 - ss));
-        }
-        ring[3u * vertex] = r.x;
-        ring[3u * vertex + 1u] = r.y;
-        ring[3u * vertex + 2u] = r.z;
-    }
+    vec3 r = ring_at(int(row), int(column));
+    bool before = row > fill_row + FILL_RINGS;
+    uint ring_row = row < fill_row ? row : (before ? last : last + 1u) * rings;
     uint level = min(ring_row / rings, last);
     float f = float(ring_row - level * rings) / float(rings);
     vec2 dlonlat = map_of_ring(r, float(level) + f);

@@ -290,7 +290,6 @@ status option_levels(struct options *o, const char *name, const char *value)
         return refuse(name, value, "A-B with 0 <= A <= B, 1 <= B <= 23");
     o->view_params.first_level = range[0];
     o->view_params.last_level = range[1];
-    o->view_params.levels = range[1] >= 22 ? range[1] + 1 : 0;
     return OK;
 }
 

@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "base/vec.h"
+#include "geo/shared.h"
 
 int ring_columns(const ring_params *p)
 {
@@ -69,23 +70,43 @@ void ring_direction(const ring_params *p, int column, double out[2])
     out[1] = s == 0 ? 0 : east * s;
 }
 
-static void set_vertex(const ring_params *p, int column, double radius, double drop, float out[3])
+static void split(double x, float *leading, float *rest)
+{
+    *leading = leading_bits_f((float)x);
+    *rest = (float)(x - (double)*leading);
+}
+
+ring_row ring_row_at(double angle)
+{
+    double half = sin(angle / 2);
+    ring_row row = {.drop = (float)(2 * half * half)};
+    split(angle < M_PI ? sin(angle) : 0, &row.radius, &row.radius_low);
+    return row;
+}
+
+ring_row ring_plane_row_at(double angle)
+{
+    ring_row row = {0};
+    split(ring_plane_radius(angle), &row.radius, &row.radius_low);
+    return row;
+}
+
+ring_column ring_column_at(const ring_params *p, int column)
 {
     double direction[2];
+    ring_column c;
     ring_direction(p, column, direction);
-    out[0] = (float)(radius * direction[0]);
-    out[1] = (float)(radius * direction[1]);
-    out[2] = (float)drop;
-    if (out[1] == 0) out[1] = is_west(p, column) ? -RING_SEAM : RING_SEAM;
+    split(direction[0], &c.north, &c.north_low);
+    split(direction[1], &c.east, &c.east_low);
+    return c;
 }
 
 void ring_vertex(const ring_params *p, int ring, int column, float out[3])
 {
-    double angle = ring_angle(p, ring), half = sin(angle / 2);
-    set_vertex(p, column, ring ? sin(angle) : 0, 2 * half * half, out);
-}
-
-void ring_plane_vertex(const ring_params *p, int ring, int column, float out[3])
-{
-    set_vertex(p, column, ring_plane_radius(ring_angle(p, ring)), 0, out);
+    ring_row r = ring_row_at(ring_angle(p, ring));
+    ring_column c = ring_column_at(p, column);
+    float east = ring_coordinate_f(r.radius, r.radius_low, c.east, c.east_low);
+    out[0] = ring_coordinate_f(r.radius, r.radius_low, c.north, c.north_low);
+    out[1] = is_west(p, column) ? fminf(east, -RING_SEAM) : fmaxf(east, RING_SEAM);
+    out[2] = r.drop;
 }

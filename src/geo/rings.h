@@ -35,15 +35,27 @@ double ring_level_of_angle(double angle);
 double ring_plane_radius(double angle);
 double ring_plane_angle(double distance);
 
-// n~ = sin(t) cos(az), e~ = sin(t) sin(az), v~ = 1 - cos(t) of a ring vertex, computed in double,
-// rounded once.
-void ring_vertex(const ring_params *p, int ring, int column, float out[3]);
-
-// The same on a plane: n~, e~ and 0.
-void ring_plane_vertex(const ring_params *p, int ring, int column, float out[3]);
-
 // Direction (cos az, sin az) of a column: exact zeros and signs on the axes, +-RING_SEAM not
 // included.
 void ring_direction(const ring_params *p, int column, double out[2]);
+
+// What the shaders make vertices of (shaders/lib/rings.glsl): of a ring sin(t) and v~ = 1 - cos(t),
+// of a column the cosine and sine of its azimuth. Sine and cosine are sums of 12 bits and a rest.
+typedef struct ring_row {
+    float radius, radius_low, drop;
+} ring_row;
+
+typedef struct ring_column {
+    float north, north_low, east, east_low;
+} ring_column;
+
+// Of a ring at an angle from the focus; the same on a plane, where nothing drops.
+ring_row ring_row_at(double angle);
+ring_row ring_plane_row_at(double angle);
+ring_column ring_column_at(const ring_params *p, int column);
+
+// n~ = sin(t) cos(az), e~ = sin(t) sin(az), v~ = 1 - cos(t) of a ring vertex as they make it: each
+// rounded once, to 0.503 ulp.
+void ring_vertex(const ring_params *p, int ring, int column, float out[3]);
 
 #endif

@@ -32,7 +32,7 @@ static const struct quality *const QUALITIES[] = {
 enum {
     COUNT = sizeof QUALITIES / sizeof *QUALITIES,
     CHOICES = sizeof BY_COST / sizeof *BY_COST,
-    DEFAULT_LEVELS = 22,
+    DEFAULT_LEVELS = 24,
     TEXELS_MAX = 1024,
     MAX_THREADS = 256
 };

@@ -1,10 +1,10 @@
 // The spherical clipmap's support geometry: static rings, cells, placing by compute, one
 // multi-draw.
 //
-// Vertex buffers: ring coordinates (n~, e~, v~), written once (the fill's rows by each placing),
-// and positions relative to the camera, written only for cells that became visible or stale.
-// Neighbouring cells share the vertices of their border and compute them from the same numbers, so
-// there is nothing to crack.
+// Buffers: the rings' rows and columns, of which ring coordinates (n~, e~, v~) are made, written
+// once (the fill's rows with each finest level), and vertices' positions relative to the camera,
+// written only for cells that became visible or stale. Neighbouring cells share the vertices of
+// their border and compute them from the same numbers, so there is nothing to crack.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,7 +36,7 @@ struct spherical {
     bool any_level;
     bool sharp; // heights
     bool plane; // the body
-    GLuint ring_buffer, place_buffer, index_buffer, cell_buffer, vertex_array;
+    GLuint row_buffer, column_buffer, place_buffer, index_buffer, cell_buffer, vertex_array;
     GLuint place_program, mesh_program;
     int cells;
     uint64_t *placed;              // per cell: the epoch at which it was placed
@@ -112,46 +112,50 @@ static void make_indices(struct spherical *s)
     free(indices);
 }
 
-static void make_rings(struct spherical *s, bool plane)
+static ring_row row_at(const struct spherical *s, double angle)
 {
-    void (*vertex)(const ring_params *, int, int, float *) =
-        plane ? ring_plane_vertex : ring_vertex;
+    return s->plane ? ring_plane_row_at(angle) : ring_row_at(angle);
+}
+
+static void make_rings(struct spherical *s)
+{
     int columns = ring_columns(&s->rings), rings = ring_count(&s->rings),
         rows = vertex_rows(&s->rings);
-    size_t bytes = (size_t)rows * (size_t)columns * 3 * sizeof(float);
-    float *v = NEW_ARRAY(float, (size_t)rows *(size_t)columns * 3);
-    for (int r = 0; r < rings; r++)
-        for (int c = 0; c < columns; c++)
-            vertex(&s->rings, r, c, v + 3 * ((size_t)r * (size_t)columns + (size_t)c));
-    glNamedBufferStorage(s->ring_buffer, (GLsizeiptr)bytes, v, 0);
-    glNamedBufferStorage(s->place_buffer, (GLsizeiptr)bytes, NULL, 0);
-    s->gpu_bytes += 2 * bytes;
-    free(v);
+    ring_row *row = NEW_ARRAY(ring_row, (size_t)rows);
+    ring_column *column = NEW_ARRAY(ring_column, (size_t)columns);
+    for (int r = 0; r < rings; r++) row[r] = row_at(s, ring_angle(&s->rings, r));
+    for (int c = 0; c < columns; c++) column[c] = ring_column_at(&s->rings, c);
+    size_t row_bytes = (size_t)rows * sizeof *row, column_bytes = (size_t)columns * sizeof *column,
+           place_bytes = (size_t)rows * (size_t)columns * 3 * sizeof(float);
+    glNamedBufferStorage(s->row_buffer, (GLsizeiptr)row_bytes, row, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(s->column_buffer, (GLsizeiptr)column_bytes, column, 0);
+    glNamedBufferStorage(s->place_buffer, (GLsizeiptr)place_bytes, NULL, 0);
+    s->gpu_bytes += row_bytes + column_bytes + place_bytes;
+    free(row);
+    free(column);
 }
 
 static void make_vertex_array(struct spherical *s)
 {
     glCreateVertexArrays(1, &s->vertex_array);
-    const GLuint buffers[2] = {s->place_buffer, s->ring_buffer};
-    for (GLuint i = 0; i < 2; i++) {
-        glVertexArrayVertexBuffer(s->vertex_array, i, buffers[i], 0, 3 * sizeof(float));
-        glVertexArrayAttribFormat(s->vertex_array, i, 3, GL_FLOAT, GL_FALSE, 0);
-        glVertexArrayAttribBinding(s->vertex_array, i, i);
-        glEnableVertexArrayAttrib(s->vertex_array, i);
-    }
+    glVertexArrayVertexBuffer(s->vertex_array, 0, s->place_buffer, 0, 3 * sizeof(float));
+    glVertexArrayAttribFormat(s->vertex_array, 0, 3, GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribBinding(s->vertex_array, 0, 0);
+    glEnableVertexArrayAttrib(s->vertex_array, 0);
     glVertexArrayElementBuffer(s->vertex_array, s->index_buffer);
 }
 
-static status make_buffers(struct spherical *s, bool identify, bool plane)
+static status make_buffers(struct spherical *s, bool identify)
 {
     while (glGetError() != GL_NO_ERROR) {
     }
-    glCreateBuffers(1, &s->ring_buffer);
+    glCreateBuffers(1, &s->row_buffer);
+    glCreateBuffers(1, &s->column_buffer);
     glCreateBuffers(1, &s->place_buffer);
     glCreateBuffers(1, &s->index_buffer);
     glCreateBuffers(1, &s->cell_buffer);
     make_indices(s);
-    make_rings(s, plane);
+    make_rings(s);
     size_t work = ((size_t)s->cells + CELL_SECTORS) * 4 * sizeof(uint32_t);
     glNamedBufferStorage(s->cell_buffer, (GLsizeiptr)work, NULL, GL_DYNAMIC_STORAGE_BIT);
     s->gpu_bytes += work;
@@ -179,9 +183,9 @@ static const struct spherical *spherical_of_const(const struct geometry *geometr
 static void destroy(struct geometry *geometry)
 {
     struct spherical *s = spherical_of(geometry);
-    const GLuint buffers[] = {s->ring_buffer, s->place_buffer, s->index_buffer, s->cell_buffer,
-                              s->stride_buffer};
-    glDeleteBuffers(5, buffers);
+    const GLuint buffers[] = {s->row_buffer,   s->column_buffer, s->place_buffer,
+                              s->index_buffer, s->cell_buffer,   s->stride_buffer};
+    glDeleteBuffers(6, buffers);
     glDeleteVertexArrays(1, &s->vertex_array);
     if (s->place_program) glDeleteProgram(s->place_program);
     if (s->mesh_program) glDeleteProgram(s->mesh_program);
@@ -224,7 +228,7 @@ static status create(const geometry_params *params, struct geometry **out)
     char defines[512];
     snprintf(defines, sizeof defines, "%s#define FILL_RINGS %d\n", params->defines,
              CELL_FILL_RINGS);
-    status r = make_buffers(s, v->identify, s->plane);
+    status r = make_buffers(s, v->identify);
     if (!r) r = gpu_program_create_compute("place/place.comp", defines, &s->place_program);
     if (!r)
         r = gpu_program_create_render("mesh/mesh.vert", "mesh/mesh.frag", defines,
@@ -259,23 +263,27 @@ static void choose_levels(const struct geometry *geometry, const geometry_frame 
     *first = projection_first_level(&f->view);
 }
 
-// Radius of the fill's rings, that stand at equal angles, in radii of the ring at the angle
-// `outer`.
-static double fill_part(const struct spherical *s, double outer, int ring)
-{
-    double angle = outer * (1 - (double)ring / CELL_FILL_RINGS);
-    if (s->plane) return ring_plane_radius(angle) / ring_plane_radius(outer);
-    return sin(angle) / sin(outer);
-}
-
+// The fill's rings stand at equal angles; so did those of the fill before, which began at the last
+// level's first ring.
 static void set_fill(const struct spherical *s, int last)
 {
-    float part[FILL_ROWS + BEFORE_ROWS];
+    ring_row rows[FILL_ROWS + BEFORE_ROWS];
+    int first = ring_count(&s->rings);
     double outer = ring_angle(&s->rings, last * s->rings.rings_per_level), inner = outer / 2;
-    for (int k = 0; k < FILL_ROWS; k++) part[k] = (float)fill_part(s, inner, k);
-    for (int k = 0; k < BEFORE_ROWS; k++) part[FILL_ROWS + k] = (float)fill_part(s, outer, k + 1);
-    glProgramUniform1ui(s->place_program, 1, (GLuint)ring_count(&s->rings));
-    glProgramUniform1fv(s->place_program, 2, FILL_ROWS + BEFORE_ROWS, part);
+    for (int k = 0; k < FILL_ROWS; k++)
+        rows[k] = row_at(s, inner * (1 - (double)k / CELL_FILL_RINGS));
+    for (int k = 0; k < BEFORE_ROWS; k++)
+        rows[FILL_ROWS + k] = row_at(s, outer * (1 - (double)(k + 1) / CELL_FILL_RINGS));
+    glNamedBufferSubData(s->row_buffer, (GLintptr)((size_t)first * sizeof *rows), sizeof rows,
+                         rows);
+    glProgramUniform1ui(s->place_program, 1, (GLuint)first);
+}
+
+static void bind_vertices(const struct spherical *s)
+{
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, s->place_buffer);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, s->row_buffer);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, s->column_buffer);
 }
 
 // One dispatch for each run of cells of one size.
@@ -285,8 +293,7 @@ static void place(struct spherical *s, uint32_t count, uint64_t *placed)
     glNamedBufferSubData(s->cell_buffer, 0, (GLsizeiptr)(count * 4 * sizeof *s->work), s->work);
     glUseProgram(s->place_program);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, s->cell_buffer);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, s->ring_buffer);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, s->place_buffer);
+    bind_vertices(s);
     for (uint32_t i = 0, run; i < count; i += run) {
         const uint32_t *w = s->work + 4 * (size_t)i;
         for (run = 1; i + run < count && w[4 * run + 1] == w[1]; run++) {
@@ -513,8 +520,7 @@ static void draw(struct geometry *geometry, const geometry_frame *frame, geometr
                 sel.columns.stride);
     glUniform2f(1, (float)sel.columns.slid, (float)d.newness);
     glUniform2fv(2, CELL_BANDS * s->rings.levels, s->thinned);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, s->place_buffer);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, s->ring_buffer);
+    bind_vertices(s);
     glBindVertexArray(s->vertex_array);
     if (sel.draws)
         glMultiDrawElementsBaseVertex(GL_TRIANGLES, s->counts, GL_UNSIGNED_INT,

@@ -249,7 +249,6 @@ static void test_values(void **state)
     assert_int_equal(o.height, 480);
     assert_int_equal(o.view_params.first_level, 6);
     assert_int_equal(o.view_params.last_level, 23);
-    assert_int_equal(o.view_params.levels, 24);
     assert_int_equal(o.planet_params.cache_bytes, 3 << 20);
     check_near(o.unix_time_s, 86400, 0);
     assert_true(o.time_given);

@@ -12,7 +12,7 @@
 
 #include "render/fleeting.h"
 
-enum { PIXELS = SCENE_WIDTH * SCENE_HEIGHT, ZOOM = 3, KEPT = 5, LEVELS = 22 };
+enum { PIXELS = SCENE_WIDTH * SCENE_HEIGHT, ZOOM = 3, KEPT = 5, LEVELS = 24 };
 
 static const double RAD = M_PI / 180;
 static char planet_path[64];
