@@ -111,16 +111,14 @@ static uint64_t sum(void *user, uint64_t mine)
     return all;
 }
 
-// The processors of this host divided among the processes on it.
-static int share_threads(void)
+static int count_here(void)
 {
     MPI_Comm host;
     int here = 1;
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &host);
     MPI_Comm_size(host, &here);
     MPI_Comm_free(&host);
-    int threads = (int)(sysconf(_SC_NPROCESSORS_ONLN) / here);
-    return threads > 0 ? threads : 1;
+    return here;
 }
 
 status team_begin(import_team **team, int *threads)
@@ -138,7 +136,9 @@ status team_begin(import_team **team, int *threads)
     }
     MPI_Comm_rank(MPI_COMM_WORLD, &all.rank);
     MPI_Comm_size(MPI_COMM_WORLD, &all.size);
-    *threads = share_threads();
+    all.here = count_here();
+    *threads = (int)(sysconf(_SC_NPROCESSORS_ONLN) / all.here);
+    if (*threads < 1) *threads = 1;
     *team = &all;
     return OK;
 }

@@ -23,6 +23,9 @@
 // gone on with.
 enum { IMPORT_VERSION = 5, CACHE_BYTES = 512 << 20 };
 
+// So many tiles take less time than it takes the processes to wait for each other at every zoom.
+enum { ALONE_TILES = 16 };
+
 // The filter carries what a sample says by FILTER_REACH rows at a zoom, and half of what it was at
 // the zoom before: by less than twice that at any.
 enum { CARRIED_ROWS = 3 };
@@ -108,6 +111,25 @@ struct workshop *layer_workshop(const struct import *im, const struct layer *l, 
                                               .base = im->base});
 }
 
+// Zooms from the finest on, each shared among all; the coarsest, of few tiles together, are rank
+// 0's, one after the other.
+static status make_zooms(struct import *im, const struct layer *l, uint64_t tiles)
+{
+    for (int zoom = l->max_zoom; zoom >= 0;) {
+        bool alone = !im->params->team || tiles <= ALONE_TILES;
+        status s = crew_look(im->crew, alone);
+        if (s) return s;
+        do {
+            struct plan_walk *walk = layer_walk(im, l, zoom);
+            tiles -= plan_walk_left(walk);
+            s = crew_make(im->crew, walk);
+        } while (--zoom >= 0 && alone && !s);
+        s = crew_seal(im->crew);
+        if (s) return s;
+    }
+    return OK;
+}
+
 static status make_layer(struct import *im, enum tile_layer layer)
 {
     static const char *const stages[LAYER_COUNT] = {"heights", "colour", "night"};
@@ -115,12 +137,11 @@ static status make_layer(struct import *im, enum tile_layer layer)
     layer_init(im, layer, &l);
     status s = OK;
     if (l.count) {
-        uint64_t before = crew_count(im->crew).made;
+        uint64_t before = crew_count(im->crew).made, tiles = count_tiles(im, &l);
         struct import_cache *cache = import_cache_create(im->store, CACHE_BYTES);
         struct workshop *workshop = layer_workshop(im, &l, crew_threads(im->crew), cache);
-        crew_begin(im->crew, stages[layer], count_tiles(im, &l), workshop);
-        for (int zoom = l.max_zoom; !s && zoom >= 0; zoom--)
-            s = crew_make(im->crew, layer_walk(im, &l, zoom));
+        crew_begin(im->crew, stages[layer], tiles, workshop);
+        s = make_zooms(im, &l, tiles);
         workshop_destroy(&workshop);
         import_cache_destroy(&cache);
         im->samples += (crew_count(im->crew).made - before) * TILE_SIZE * TILE_SIZE;
@@ -295,13 +316,14 @@ static status join(struct import *im, const char *joining)
 {
     struct planet_meta meta;
     struct layer heights;
+    const import_team *team = im->params->team;
     fill_meta(im, &meta);
     layer_init(im, LAYER_HEIGHT, &heights);
     struct workshop *workshop = heights.count ? layer_workshop(im, &heights, 1, NULL) : NULL;
     import_join j = {.path = joining,
                      .meta = &meta,
                      .border = workshop ? border_create(workshop) : NULL,
-                     .threads = im->params->threads,
+                     .threads = im->params->threads * (team ? team->here : 1),
                      .progress = report_join,
                      .user = im};
     status s = import_store_join(im->store, &j);

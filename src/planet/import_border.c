@@ -37,7 +37,8 @@ static status ground_read(struct source *source, tile_id id, struct want *want, 
 {
     (void)want;
     *until_s = INFINITY;
-    return bounded_read(((struct ground *)source)->writer, id, samples);
+    return bounded_read(&(bounded_source){.writer = ((struct ground *)source)->writer}, id,
+                        samples);
 }
 
 static void ground_close(struct source *source)

@@ -167,18 +167,21 @@ status bounder_keep(struct bounder *b, const planet_row *row)
     return add(b, row, true);
 }
 
-static status read_chain(void *writer, tile_id id, float *heights)
+static status read_chain(void *source, tile_id id, float *heights)
 {
-    return bounded_read(writer, id, heights);
+    return bounded_read(source, id, heights);
 }
 
-status bounded_read(struct planet_writer *writer, tile_id id, float *heights)
+status bounded_read(const bounded_source *source, tile_id id, float *heights)
 {
+    bounded_source from = *source;
     codec_blob body;
     float min, max;
-    status s = planet_writer_get(writer, id, &body, &min, &max);
+    if (from.lock) pthread_mutex_lock(from.lock);
+    status s = planet_writer_get(from.writer, id, &body, &min, &max);
+    if (from.lock) pthread_mutex_unlock(from.lock);
     if (s) return s;
-    s = codec_height_decode_tile(id, body.data, body.size, read_chain, writer, heights);
+    s = codec_height_decode_tile(id, body.data, body.size, read_chain, &from, heights);
     codec_blob_deinit(&body);
     return s == ERR_FORMAT ? corrupt(id) : s;
 }

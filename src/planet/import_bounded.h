@@ -4,6 +4,8 @@
 #ifndef PERIGEE_PLANET_IMPORT_BOUNDED_H
 #define PERIGEE_PLANET_IMPORT_BOUNDED_H
 
+#include <pthread.h>
+
 #include "planet/planet_part.h"
 #include "planet/planet_writer.h"
 
@@ -23,8 +25,13 @@ status bounder_keep(struct bounder *bounder, const planet_row *row);
 // Writes what is still under way. Before other layers' tiles are put.
 status bounder_flush(struct bounder *bounder);
 
-// The heights of a tile in a file being written, of either kind of body. Errors as
-// planet_writer_get; ERR_FORMAT is logged.
-status bounded_read(struct planet_writer *writer, tile_id id, float *heights);
+// A file being written, to be read from. lock: of several threads; NULL: there is one.
+typedef struct bounded_source {
+    struct planet_writer *writer;
+    pthread_mutex_t *lock;
+} bounded_source;
+
+// The heights of a tile, of either kind of body. Errors as planet_writer_get; ERR_FORMAT is logged.
+status bounded_read(const bounded_source *source, tile_id id, float *heights);
 
 #endif

@@ -32,11 +32,15 @@ int crew_threads(const struct crew *crew);
 // Work that follows: its name in reports, how many tiles it is about, who makes them (borrowed).
 void crew_begin(struct crew *crew, const char *stage, uint64_t tiles, struct workshop *workshop);
 
+// Before tiles of a zoom are made: what all ranks have sealed can be read. alone: rank 0 makes all
+// tiles until crew_seal, and the others wait there.
+status crew_look(struct crew *crew, bool alone);
 // Makes the tiles of a walk (owned from now on), over which all ranks must agree, only rank 0's
-// being walked; stored and sealed by all when it returns. ERR_CANCELLED when progress asked to
-// stop.
+// being walked. ERR_CANCELLED when progress asked to stop.
 status crew_make(struct crew *crew, struct plan_walk *walk);
+// What was made stands in files that all can read. How all ranks fare.
+status crew_seal(struct crew *crew);
 
-struct crew_counters crew_count(struct crew *crew);
+struct crew_counters crew_count(const struct crew *crew);
 
 #endif

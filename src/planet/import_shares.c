@@ -89,7 +89,7 @@ void shares_divide(struct shares *s, struct plan_walk *walk)
 }
 
 // The run that a rank takes its next tile from: its own first, else half of the longest one becomes
-// its own. NULL: none is left, but for single tiles of others.
+// its own. NULL: none is left.
 static struct run *find(struct shares *s, int rank)
 {
     int longest = 0;
@@ -101,7 +101,7 @@ static struct run *find(struct shares *s, int rank)
         longest = i;
         most = left;
     }
-    if (most < 2) return NULL;
+    if (most < 2) return most ? &s->runs[longest] : NULL;
     struct plan_walk *half = plan_walk_split(s->runs[longest].walk, most / 2);
     insert(s, longest + 1, (struct run){.walk = half, .rank = rank});
     return &s->runs[longest + 1];

@@ -20,7 +20,7 @@ void shares_divide(struct shares *shares, struct plan_walk *walk);
 // The next is a walk of another kind: equal shares.
 void shares_forget(struct shares *shares);
 
-// The next tile for a rank; false when others have a last one each at most.
+// The next tile for a rank; false when none is left for any.
 bool shares_next(struct shares *shares, int rank, tile_id *id);
 
 // So many tiles may go to a rank at once without leaving others idle at the end: 1 to `most`.

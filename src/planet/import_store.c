@@ -144,26 +144,42 @@ status import_store_seal(struct import_store *store)
     return s;
 }
 
+// A part without a tile is passed by, so that its writer needs no log.
 static status look_at(void *user, const char *path)
 {
     struct import_store *store = user;
     if (!strcmp(path, store->own)) return OK;
+    struct planet_part *part = NULL;
+    uint64_t tiles = 0;
+    status s = planet_part_open(path, &part);
+    if (!s) s = planet_part_count(part, &tiles);
+    if (s || !tiles) {
+        planet_part_close(&part);
+        return s;
+    }
     struct planet_part **others = NEW_ARRAY(struct planet_part *, (size_t)store->other_count + 1);
     if (store->other_count)
         memcpy(others, store->others, (size_t)store->other_count * sizeof *others);
     free(store->others);
     store->others = others;
-    status s = planet_part_open(path, &others[store->other_count]);
-    if (!s) store->other_count++;
-    return s;
+    others[store->other_count++] = part;
+    return OK;
 }
 
-status import_store_look(struct import_store *store)
+static bool holds_tiles(const struct import_store *store)
+{
+    bool any = false;
+    for (int layer = 0; layer < LAYER_COUNT; layer++)
+        any |= planet_writer_max_zoom(store->writer, (enum tile_layer)layer) >= 0;
+    return any;
+}
+
+status import_store_look(struct import_store *store, bool shared)
 {
     pthread_mutex_lock(&store->lock);
     close_others(store);
     status s = each_part(store->part, look_at, store);
-    if (!s) s = planet_writer_keep_log(store->writer, store->other_count > 0);
+    if (!s) s = planet_writer_keep_log(store->writer, shared && holds_tiles(store));
     pthread_mutex_unlock(&store->lock);
     return s;
 }
@@ -372,7 +388,9 @@ status import_store_join(struct import_store *store, import_join *join)
     if (!s && max_error > 0) j.bounder = bounder_create(j.writer, max_error, join->threads);
     if (!s) s = join_rows(&j, &join->tiles);
     bounder_destroy(&j.bounder);
-    if (!s) s = planet_measure_gain(j.writer, join->meta->ellipsoid.a, &join->meta->synthesis_gain);
+    if (!s)
+        s = planet_measure_gain(j.writer, join->meta->ellipsoid.a, join->threads,
+                                &join->meta->synthesis_gain);
     if (!s) s = planet_writer_finish(j.writer, join->meta);
     planet_writer_close(&j.writer);
     for (int i = 0; i < h->count; i++) planet_part_close(&h->parts[i]);

@@ -25,8 +25,9 @@ void import_store_close(struct import_store **store);
 
 // Makes what was put readable by others, and lets go of theirs. Then, when all have sealed:
 status import_store_seal(struct import_store *store);
-// sees the parts of others as they are now, and keeps its own file as it is until the next seal.
-status import_store_look(struct import_store *store);
+// sees the parts of others as they are now. shared: they see this one, so that its file is kept as
+// it is until the next seal.
+status import_store_look(struct import_store *store, bool shared);
 
 // Is the tile in any part? The base does not count.
 bool import_store_has(struct import_store *store, tile_id id);

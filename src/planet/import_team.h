@@ -6,10 +6,11 @@
 #include "base/status.h"
 #include "planet/grid.h"
 
-enum { TEAM_BATCH = 16 };
+enum { TEAM_BATCH = 64 };
 
 typedef struct import_team {
     int rank, size;
+    int here; // ranks on this host
     void *user;
     // Rank 0, does not wait: false when no rank asks for tiles; else which, and how it fares.
     bool (*asked)(void *user, int *rank, status *fares);

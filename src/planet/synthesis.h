@@ -93,7 +93,8 @@ void synthesis_temper(const region *r, double radius, float *relief);
 // Measures planet_meta.synthesis_gain on the finest three zooms of heights: rms of what tiles hold
 // beyond their upsampled parents, over the rms of the parents' tempered relief, within the range
 // above; 0 where there is nothing to measure. Reads at most 64 tiles a zoom and their parents.
-// radius: of the body, metres.
-status planet_measure_gain(struct planet_writer *writer, double radius, double *gain);
+// radius: of the body, metres. threads: that read tiles, 0: one for each processor; *gain does not
+// depend on them.
+status planet_measure_gain(struct planet_writer *writer, double radius, int threads, double *gain);
 
 #endif

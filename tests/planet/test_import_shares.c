@@ -3,12 +3,12 @@
 //
 // Fails when broken: a walk that skips less than a split says, or counts one tile too few (once);
 // runs that are not turned from zoom to zoom, or of the same size whoever is slow, or not a rank's
-// own first (kin); nothing taken from other ranks (slow).
+// own first (kin); nothing taken from other ranks (slow), or not their last tile (absent).
 #include "check.h"
 
 #include "planet/import_shares.h"
 
-enum { ZOOM = 8, MOST = 16, MAX_RANKS = 7 };
+enum { ZOOM = 8, MOST = 64, MAX_RANKS = 7 };
 
 static const plan_bounds everywhere = {-M_PI, -M_PI / 2, M_PI, M_PI / 2};
 
@@ -141,12 +141,26 @@ static void none_waits_for_a_slow_rank(void **state)
     shares_destroy(&s);
 }
 
+static void one_does_what_absent_ranks_would(void **state)
+{
+    (void)state;
+    struct shares *s;
+    for (int zoom = start(5, &s); zoom >= 0; zoom--) {
+        uint64_t count = 0;
+        shares_divide(s, walk_zoom(zoom));
+        for (tile_id id; shares_next(s, 2, &id); count++) note(id, 2);
+        assert_int_equal(count, count_walk(zoom));
+    }
+    shares_destroy(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_goes_out_once),
         cmocka_unit_test(kin_stays_together),
         cmocka_unit_test(none_waits_for_a_slow_rank),
+        cmocka_unit_test(one_does_what_absent_ranks_would),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,6 @@
 // Synthesis: the noise's statistics, the slopes it grows, and the gain that an import measures.
+//
+// Fails when broken: sums of the gain in another order with several threads.
 #include "check.h"
 
 #include "base/vec.h"
@@ -204,14 +206,19 @@ static void the_gain_is_measured(void **state)
         fixture_init(&f, "synthesis-gain");
         residual_share = cases[i].residual;
         assert_int_equal(planet_writer_open(f.path, "gain", false, &w), OK);
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &gain), OK);
         assert_true(gain == 0.0); // nothing to measure
         fixture_put_heights(w, 0, sloping_height, NULL);
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &gain), OK);
         assert_true(gain == 0.0); // one zoom
         fixture_put_heights(w, 1, sloping_height, NULL);
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &gain), OK);
         check_near(gain, cases[i].gain, cases[i].tolerance);
+        fixture_put_heights(w, 2, sloping_height, NULL); // more than workers read at once
+        double alone, together;
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &alone), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 3, &together), OK);
+        assert_true(alone == together);
         planet_writer_close(&w);
         fixture_deinit(&f);
     }
