@@ -312,7 +312,7 @@ static double cost_of(enum synthesis kind)
             bool flat[TILE_SIZE];
             float *out = heights + row * TILE_SIZE;
             upsample_child_row(&parent, &child, row, out, flat);
-            if (kind) synthesis_add_row(&ground, &columns, &parent, &child, row, flat, out);
+            if (kind) synthesis_add_row(&ground, &columns, &parent, &child, row, flat, NULL, out);
         }
         synthesis_ground_destroy(&ground);
         if (k >= 0) cost[k] = (seconds() - start) * 1e9 / SAMPLES;

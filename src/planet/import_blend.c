@@ -8,8 +8,7 @@
 #include "base/memory.h"
 #include "base/vec.h"
 
-// Kept masks: a slot for each value of a hash, the newer one stays.
-enum { SLOTS = 4096, MASK = BLEND_MASK_BYTES, MAX_MASKS = 96 };
+enum { MASK = BLEND_MASK_BYTES, MAX_MASKS = 96 };
 
 struct slot {
     int mosaic;
@@ -17,10 +16,11 @@ struct slot {
     unsigned char *mask;
 };
 
+// Kept masks: a slot for each value of a hash, the newer one stays.
 struct blend {
-    int feather;
+    int feather, slot_count;
     pthread_mutex_t lock;
-    struct slot slots[SLOTS];
+    struct slot *slots;
 };
 
 // A rectangle of samples of the mosaic's own zoom: rows from row0, unwrapped columns of the width
@@ -29,12 +29,15 @@ struct canvas {
     enum tile_layer layer;
     int zoom, tile_row, rows, cols;
     int64_t row0, col0;
+    float least_width; // of a column, in rows
 };
 
-struct blend *blend_create(int feather)
+struct blend *blend_create(int feather, int masks)
 {
     struct blend *b = NEW(struct blend);
     b->feather = feather;
+    b->slot_count = masks;
+    b->slots = NEW_ARRAY(struct slot, (size_t)masks);
     pthread_mutex_init(&b->lock, NULL);
     return b;
 }
@@ -42,7 +45,8 @@ struct blend *blend_create(int feather)
 void blend_destroy(struct blend **blend)
 {
     if (!*blend) return;
-    for (int i = 0; i < SLOTS; i++) free((*blend)->slots[i].mask);
+    for (int i = 0; i < (*blend)->slot_count; i++) free((*blend)->slots[i].mask);
+    free((*blend)->slots);
     pthread_mutex_destroy(&(*blend)->lock);
     free(*blend);
     *blend = NULL;
@@ -81,7 +85,7 @@ static struct slot *slot_of(struct blend *b, int mosaic, tile_id id)
     uint64_t h = 0xcbf29ce484222325u;
     int parts[] = {mosaic, id.zoom, id.row, id.col};
     for (int i = 0; i < 4; i++) h = (h ^ (uint64_t)parts[i]) * 0x100000001b3u;
-    return &b->slots[(h ^ h >> 32) % SLOTS];
+    return &b->slots[(h ^ h >> 32) % (uint64_t)b->slot_count];
 }
 
 static status get_mask(struct blend *b, int mosaic, tile_id id, blend_read read, void *user,
@@ -95,7 +99,7 @@ static status get_mask(struct blend *b, int mosaic, tile_id id, blend_read read,
     if (kept) return OK;
     memset(mask, 0, MASK);
     status s = read(user, mosaic, id, mask);
-    if (s) return s;
+    if (s) return s == ERR_IO ? OK : s;
     pthread_mutex_lock(&b->lock);
     if (!slot->mask) slot->mask = NEW_ARRAY(unsigned char, MASK);
     slot->mosaic = mosaic;
@@ -121,11 +125,21 @@ static struct lattice lattice_of(int own, tile_id id)
     return l;
 }
 
+// Samples are no narrower than half their height but in the row at the pole.
+static int columns_of(int feather)
+{
+    return 2 * feather + 2;
+}
+
+int blend_reach(const struct blend *b)
+{
+    return columns_of(b->feather);
+}
+
 static struct canvas plan_canvas(int own, tile_id id, int feather)
 {
     struct lattice l = lattice_of(own, id);
-    // Samples are no narrower than half their height but in the row at the pole.
-    int reach = 2 * feather + 2;
+    int reach = columns_of(feather);
     struct canvas c = {.layer = id.layer, .zoom = own, .tile_row = id.row >> (id.zoom - own)};
     c.row0 = (int64_t)floor(l.v0) - feather;
     c.rows = (int)((int64_t)floor(l.v0 + l.dv * (TILE_SIZE - 1)) + 1 + feather - c.row0 + 1);
@@ -189,6 +203,7 @@ static void square_row(const struct canvas *c, int y, const unsigned char *valid
 {
     double lat = M_PI / 2 - ((double)(c->row0 + y) + 0.5) * grid_step_lat(c->zoom);
     float width = (float)(grid_coalesce(c->zoom, c->tile_row) * fabs(cos(lat)));
+    width = fmaxf(width, c->least_width);
     float d = most;
     for (int x = 0; x < c->cols; x++) {
         d = valid[x] ? fminf(most, d + width) : 0;
@@ -222,8 +237,7 @@ static float weight_of(float distance, int feather)
 {
     float t = (distance - 0.5f) / (float)feather;
     t = t < 0 ? 0 : t > 1 ? 1 : t;
-    float w = t * t * (3 - 2 * t);
-    return w < BLEND_LEAST_WEIGHT ? BLEND_LEAST_WEIGHT : w;
+    return t * t * (3 - 2 * t);
 }
 
 static void read_weights(const struct canvas *c, int own, tile_id id, int feather,
@@ -240,33 +254,63 @@ static void read_weights(const struct canvas *c, int own, tile_id id, int feathe
             float s = (float)(u - floor(u));
             float near = d[0] + s * (d[1] - d[0]);
             float far = d[c->cols] + s * (d[c->cols + 1] - d[c->cols]);
-            weights[y * TILE_SIZE + x] = weight_of(near + t * (far - near), feather);
+            float w = weight_of(near + t * (far - near), feather);
+            weights[y * TILE_SIZE + x] = fmaxf(w, BLEND_LEAST_WEIGHT);
         }
     }
+}
+
+// Distances over a canvas in room->distance; *any: there are samples without data.
+static status measure_canvas(struct blend *b, int mosaic, const struct canvas *c, blend_read read,
+                             void *user, struct blend_room *room, bool *any)
+{
+    *any = false;
+    if (!reserve_all(room, c)) return ERR_MEMORY;
+    struct mask_list *m = NEW(struct mask_list);
+    *m = (struct mask_list){.blend = b, .room = room, .read = read, .user = user, .mosaic = mosaic};
+    status s = OK;
+    for (int y = 0; !s && y < c->rows; y++)
+        s = fill_row(m, c, y, room->valid + (size_t)y * (size_t)c->cols);
+    free(m);
+    *any = !s && memchr(room->valid, 0, (size_t)c->rows * (size_t)c->cols);
+    for (int y = 0; *any && y < c->rows; y++) {
+        size_t at = (size_t)y * (size_t)c->cols;
+        square_row(c, y, room->valid + at, (float)b->feather + 1, room->square + at);
+    }
+    if (*any) measure(c, b->feather, room->square, room->distance);
+    return s;
 }
 
 status blend_weights(struct blend *b, int mosaic, int own, tile_id id, blend_read read, void *user,
                      struct blend_room *room, float *weights)
 {
     struct canvas c = plan_canvas(own, id, b->feather);
-    if (!reserve_all(room, &c)) return ERR_MEMORY;
-    struct mask_list *m = NEW(struct mask_list);
-    *m = (struct mask_list){.blend = b, .room = room, .read = read, .user = user, .mosaic = mosaic};
-    status s = OK;
-    for (int y = 0; !s && y < c.rows; y++)
-        s = fill_row(m, &c, y, room->valid + (size_t)y * (size_t)c.cols);
-    free(m);
+    bool any;
+    status s = measure_canvas(b, mosaic, &c, read, user, room, &any);
     if (s) return s;
-    size_t count = (size_t)c.rows * (size_t)c.cols;
-    if (!memchr(room->valid, 0, count)) {
-        for (int i = 0; i < TILE_SIZE * TILE_SIZE; i++) weights[i] = 1;
-        return OK;
-    }
-    for (int y = 0; y < c.rows; y++) {
-        size_t at = (size_t)y * (size_t)c.cols;
-        square_row(&c, y, room->valid + at, (float)b->feather + 1, room->square + at);
-    }
-    measure(&c, b->feather, room->square, room->distance);
-    read_weights(&c, own, id, b->feather, room->distance, weights);
+    for (int i = 0; !any && i < TILE_SIZE * TILE_SIZE; i++) weights[i] = 1;
+    if (any) read_weights(&c, own, id, b->feather, room->distance, weights);
     return OK;
+}
+
+status blend_region(struct blend *b, const region *r, blend_read read, void *user,
+                    struct blend_room *room, float *weights)
+{
+    int reach = columns_of(b->feather);
+    struct canvas c = {.layer = r->layer,
+                       .zoom = r->zoom,
+                       .tile_row = (int)(r->row / TILE_SIZE),
+                       .rows = r->rows + 2 * b->feather,
+                       .cols = r->cols + 2 * reach,
+                       .row0 = r->row - b->feather,
+                       .col0 = r->col - reach,
+                       .least_width = 0.5f};
+    bool any;
+    status s = measure_canvas(b, 0, &c, read, user, room, &any);
+    for (int y = 0; !s && y < r->rows; y++) {
+        const float *from = room->distance + (size_t)(y + b->feather) * (size_t)c.cols + reach;
+        for (int x = 0; x < r->cols; x++)
+            weights[y * r->cols + x] = any ? weight_of(from[x], b->feather) : 1;
+    }
+    return s;
 }

@@ -11,7 +11,7 @@
 #include "planet/import_workshop.h"
 #include "planet/quantum.h"
 
-enum { PIXEL_QUALITY = 90, LANES = 32 };
+enum { PIXEL_QUALITY = 90, LANES = 32, KEPT_MASKS = 4096 };
 
 struct workshop *workshop_create(const workshop_params *params)
 {
@@ -19,7 +19,7 @@ struct workshop *workshop_create(const workshop_params *params)
     w->params = *params;
     w->channels = params->grids[0].channels;
     compose_plan(w);
-    if (params->feather > 0) w->blend = blend_create(params->feather);
+    if (params->feather > 0) w->blend = blend_create(params->feather, KEPT_MASKS);
     w->benches = NEW_ARRAY(struct bench, (size_t)params->workers);
     for (int i = 0; i < params->workers; i++) {
         w->benches[i].workshop = w;
@@ -111,7 +111,8 @@ static status compose(struct workshop *w, struct bench *b, tile_id id, bool *any
     for (int i = 0; i < b->held_count; i++) import_cache_release(b->cache, b->held[i]);
     b->held_count = 0;
     if (b->failed) return b->failed;
-    if (lay_children(w, b)) *any = true;
+    bool known = b->lowest <= b->highest && id.layer == LAYER_HEIGHT; // of finer zooms
+    if (lay_children(w, b) || known) *any = true;
     return OK;
 }
 

@@ -74,6 +74,7 @@ static struct pyramid *layer_create(struct source *source, const pyramid_params 
     p->own = p->meta = source->meta;
     p->synthesis = params->synthesis;
     p->cache = cache_create(cache_share(params, parts), pyramid_make_tile, p);
+    p->edges = blend_create(PYRAMID_FADE_ROWS, PYRAMID_FADE_MASKS);
     return p;
 }
 
@@ -147,6 +148,7 @@ void pyramid_destroy(struct pyramid **pyramid)
     cache_destroy(&p->mixed);
     for (int i = 0; i < p->over_count; i++) pyramid_destroy(&p->overs[i]);
     cache_destroy(&p->cache);
+    blend_destroy(&p->edges);
     if (p->owned) source_close(&p->source);
     free(p->overs);
     free(p->opacity);
@@ -173,8 +175,9 @@ enum synthesis pyramid_synthesis(const struct pyramid *p)
 
 bool pyramid_derives(const struct pyramid *p, tile_id id)
 {
+    region tile = region_of_tile(id, 1, NULL);
     return !p->over_count && id.layer == LAYER_HEIGHT && id.zoom > 0 && pyramid_synthesis(p) &&
-           p->own.max_zoom[LAYER_HEIGHT] >= 0 && !source_has(p->source, id);
+           p->own.max_zoom[LAYER_HEIGHT] >= 0 && !pyramid_beside_stored(p, &tile);
 }
 
 static void assert_on_grid(tile_id id)

@@ -1,7 +1,8 @@
 // Every tile of the planet at every zoom, whether stored or not, through one bounded cache.
 // A tile that is not stored, is corrupt, or lies below the data comes from its parent: upsampled by
 // the four-point filter and, for heights when synthesis is on, given a residual that depends
-// on place and zoom only (synthesis.h). Samples a stored tile marks as NaN are filled the same way.
+// on place and zoom only (synthesis.h) and comes in over eight samples beside stored ones of that
+// zoom. Samples a stored tile marks as NaN are filled the same way.
 // At zoom 0 what is missing is height 0, a grey ground and no light. Any thread. A tile's samples
 // are the same whatever was asked before, by whom, and in which order.
 #ifndef PERIGEE_PLANET_PYRAMID_H
@@ -64,7 +65,7 @@ bool pyramid_synthesises(const struct pyramid *pyramid);
 enum synthesis pyramid_synthesis(const struct pyramid *pyramid);
 
 // Are a tile's heights a function of its parent's and of place alone, by synthesis of one source
-// that never changes? True for ever. Cheap.
+// that never changes, with no stored tile of its zoom near? True for ever. Cheap.
 bool pyramid_derives(const struct pyramid *pyramid, tile_id id);
 
 // Holds the tile until released; reads, decodes or makes it on the calling thread when it is not

@@ -14,26 +14,17 @@
 
 enum { SAMPLES = PYRAMID_SAMPLES };
 
-// One tile on its way to being made.
-struct making {
-    struct pyramid *pyramid;
-    struct want *want;
-    double until_s;
-};
-
-// A layer that the stack leaves out has no zoom.
-static bool may_hold(const struct pyramid *p, tile_id id)
+bool pyramid_may_hold(const struct pyramid *p, tile_id id)
 {
     return p->own.max_zoom[id.layer] >= 0 && source_has(p->source, id);
 }
 
-// Reads a stored tile. *found is false when it is not stored or cannot be read.
-static status read_stored(struct making *m, tile_id id, void *out, bool *found)
+status pyramid_read_stored(struct making *m, tile_id id, void *out, bool *found)
 {
     struct pyramid *p = m->pyramid;
     double until_s;
     *found = false;
-    if (!may_hold(p, id)) return OK;
+    if (!pyramid_may_hold(p, id)) return OK;
     status s = source_read(p->source, id, m->want, out, &until_s);
     if (s == ERR_MEMORY || s == ERR_PENDING) return s;
     m->until_s = fmin(m->until_s, until_s);
@@ -45,9 +36,9 @@ static status read_stored(struct making *m, tile_id id, void *out, bool *found)
 
 static bool is_stored(const struct pyramid *p, tile_id id)
 {
-    if (may_hold(p, id)) return true;
+    if (pyramid_may_hold(p, id)) return true;
     tile_id night = {LAYER_NIGHT, id.zoom, id.row, id.col};
-    return id.layer == LAYER_COLOR && !p->over && may_hold(p, night);
+    return id.layer == LAYER_COLOR && !p->over && pyramid_may_hold(p, night);
 }
 
 static void copy_block(const pyramid_tile *tile, const region_block *b)
@@ -88,17 +79,30 @@ static float to_byte(float v)
     return v <= 0.0f ? 0.0f : v >= 255.0f ? 255.0f : (float)(int)(v + 0.5f);
 }
 
+// NULL: all of it everywhere.
+static status share_residual(struct making *m, const region *child, float **share)
+{
+    *share = NULL;
+    if (!pyramid_beside_stored(m->pyramid, child)) return OK;
+    *share = malloc(sizeof **share * (size_t)child->rows * (size_t)child->cols);
+    return *share ? pyramid_fade(m, child, *share) : ERR_MEMORY;
+}
+
 // One zoom from the one before. Colour is rounded at every zoom, as whole tiles are.
 static status make_region(void *user, const region *parent, const region *child)
 {
-    const struct pyramid *p = ((struct making *)user)->pyramid;
+    struct making *m = user;
+    const struct pyramid *p = m->pyramid;
     bool heights = child->layer == LAYER_HEIGHT, flat[REGION_MAX_COLS];
     synthesis_columns columns;
     synthesis_ground ground = {0};
+    float *share = NULL;
     status s = OK;
     if (heights && synthesises(p)) {
-        s = synthesis_ground_create(parent, p->synthesis, p->own.synthesis_gain,
-                                    p->own.max_zoom[LAYER_HEIGHT], p->own.ellipsoid.a, &ground);
+        s = share_residual(m, child, &share);
+        if (!s)
+            s = synthesis_ground_create(parent, p->synthesis, p->own.synthesis_gain,
+                                        p->own.max_zoom[LAYER_HEIGHT], p->own.ellipsoid.a, &ground);
         synthesis_columns_of(child, &columns);
     }
     for (int row = 0; !s && row < child->rows; row++) {
@@ -107,9 +111,11 @@ static status make_region(void *user, const region *parent, const region *child)
         if (!heights)
             for (int i = 0; i < 4 * child->cols; i++) out[i] = to_byte(out[i]);
         else if (ground.amplitude)
-            synthesis_add_row(&ground, &columns, parent, child, row, flat, out);
+            synthesis_add_row(&ground, &columns, parent, child, row, flat,
+                              share ? share + (size_t)row * (size_t)child->cols : NULL, out);
     }
     synthesis_ground_destroy(&ground);
+    free(share);
     return s;
 }
 
@@ -165,7 +171,7 @@ static status make_heights(struct making *m, tile_id id, float *heights, struct 
 {
     const struct pyramid *p = m->pyramid;
     bool found;
-    status s = read_stored(m, id, heights, &found);
+    status s = pyramid_read_stored(m, id, heights, &found);
     if (!s && !found) s = make_missing(m, id, heights);
     if (!s && found && !p->source->gaps_final && has_nan(heights)) {
         float *made = malloc(sizeof *made * SAMPLES);
@@ -189,9 +195,9 @@ struct stored_pixels {
 static status read_pixels(struct making *m, tile_id id, struct stored_pixels *out)
 {
     tile_id night = {LAYER_NIGHT, id.zoom, id.row, id.col};
-    status s = read_stored(m, id, out->color, &out->has_color), t = OK;
+    status s = pyramid_read_stored(m, id, out->color, &out->has_color), t = OK;
     if (s && s != ERR_PENDING) return s;
-    if (!m->pyramid->over) t = read_stored(m, night, out->light, &out->has_light);
+    if (!m->pyramid->over) t = pyramid_read_stored(m, night, out->light, &out->has_light);
     return s ? s : t;
 }
 

@@ -134,12 +134,13 @@ static void add_eroded(const synthesis_ground *ground, const float *amplitude,
 
 void synthesis_add_row(const synthesis_ground *ground, const synthesis_columns *columns,
                        const region *parent, const region *child, int row, const bool *flat,
-                       float *out)
+                       const float *share, float *out)
 {
     float amplitude[REGION_MAX_COLS], change[REGION_MAX_COLS], base[REGION_MAX_COLS];
     bool any = false;
     upsample_linear_row(parent, ground->amplitude, child, row, amplitude);
     for (int i = 0; i < child->cols; i++) {
+        if (share) amplitude[i] *= share[i];
         amplitude[i] = flat[i] || !(amplitude[i] > 0.0f) ? 0.0f : amplitude[i];
         any |= amplitude[i] > 0.0f;
     }

@@ -77,11 +77,12 @@ status synthesis_ground_create(const region *parent, enum synthesis kind, double
                                int data_zoom, double radius, synthesis_ground *out);
 void synthesis_ground_destroy(synthesis_ground *ground);
 
-// Adds the residual to a row of the child, upsampled. Samples that are `flat` or NaN stay as they
-// are; no other becomes lower than the lowest of the parent's 4 x 4 samples around it.
+// Adds the residual to a row of the child, upsampled; `share`: of its amplitude, at each sample,
+// NULL: all of it. Samples that are `flat` or NaN stay as they are; no other becomes lower than the
+// lowest of the parent's 4 x 4 samples around it.
 void synthesis_add_row(const synthesis_ground *ground, const synthesis_columns *columns,
                        const region *parent, const region *child, int row, const bool *flat,
-                       float *out);
+                       const float *share, float *out);
 
 // Local relief of a region of heights: rms difference of neighbouring samples over 3 x 3 of them,
 // in metres a sample of the latitude spacing; 0 exactly where they are equal.

@@ -2,6 +2,7 @@
 // double precision, and the floor that no valley is dug below.
 #include "check.h"
 
+#include "base/vec.h"
 #include "geo/shared.h"
 #include "planet/synthesis.h"
 #include "planet_fixture.h"
@@ -233,6 +234,17 @@ static bool simple(tile_id id)
     return true;
 }
 
+// The spline of the parent's samples and the residual, with such a share of its amplitude.
+static double made_at(const opened *o, tile_id id, int r, int c, enum synthesis kind, double share,
+                      double *up)
+{
+    struct patch p = patch_at(o, id, r, c);
+    double across[4];
+    for (int y = 0; y < 4; y++) across[y] = spline(p.h[y], p.u);
+    *up = spline(across, p.v);
+    return residual(&p, id, r, c, kind, share, *up);
+}
+
 // Every sample is what the rules say in double precision, but for the rounding of heights to
 // float. Mutation: any of the constants, a wrong tap, a sign.
 static void samples_are_what_the_rules_say(enum synthesis kind)
@@ -253,14 +265,11 @@ static void samples_are_what_the_rules_say(enum synthesis kind)
             for (int k = 0; k < 300; k++) {
                 int r = (int)(check_random_u64(&random) % TILE_SIZE),
                     c = (int)(check_random_u64(&random) % TILE_SIZE);
-                struct patch p = patch_at(&o, id, r, c);
-                double across[4];
-                for (int y = 0; y < 4; y++) across[y] = spline(p.h[y], p.u);
-                double up = spline(across, p.v), want = residual(&p, id, r, c, kind, share, up);
+                double up, want = made_at(&o, id, r, c, kind, share, &up);
                 double got = t->heights[r * TILE_SIZE + c];
                 // Of the spacing: what is amplified is heights' rounding, not their size.
-                worst = fmax(worst, fabs(got - want) / (1e-5 * p.spacing + 0.01));
-                moved += fabs(want - up) / p.spacing;
+                worst = fmax(worst, fabs(got - want) / (1e-5 * spacing + 0.01));
+                moved += fabs(want - up) / spacing;
                 count++;
             }
             fixture_put_back(&o, t);
@@ -282,6 +291,85 @@ static void rules_of_plain_ground(void **state)
 {
     (void)state;
     samples_are_what_the_rules_say(SYNTHESIS_PLAIN);
+}
+
+// An island of data at ISLAND_ZOOM, about the corner of four tiles.
+enum { ISLAND_ZOOM = 3 };
+static const geodetic island_at = {M_PI / 8 + 0.004, M_PI / 8 + 0.007, 0};
+static const double island_radius = 0.06;
+
+static bool on_island(double lat, double lon)
+{
+    return hypot(lat - island_at.lat, lon - island_at.lon) < island_radius;
+}
+
+static float island_height(tile_id id, int row, int col, double lat, double lon)
+{
+    bool sea = id.zoom == ISLAND_ZOOM && !on_island(lat, lon);
+    return sea ? NAN : low_height(id, row, col, lat, lon);
+}
+
+static bool is_island_tile(tile_id id)
+{
+    double west, south, east, north;
+    grid_bounds(id, &west, &south, &east, &north);
+    return id.zoom < 2 ||
+           (id.zoom == ISLAND_ZOOM && on_island(clamp_double(island_at.lat, south, north),
+                                                clamp_double(island_at.lon, west, east)));
+}
+
+// Of the sample nearest to a place: how far, in rows, the nearest stored sample is.
+static double distance_to_island(int64_t row, int64_t col)
+{
+    double least = INFINITY, step = grid_step_lat(ISLAND_ZOOM);
+    for (int64_t y = row - 10; y <= row + 10; y++)
+        for (int64_t x = col - 12; x <= col + 12; x++) {
+            double lat = grid_lat(ISLAND_ZOOM, y), lon = ((double)x + 0.5) * step - M_PI;
+            if (on_island(lat, lon))
+                least = fmin(least, hypot((double)(y - row), (double)(x - col) * cos(lat)));
+        }
+    return least;
+}
+
+// Beside stored ground of its zoom a sample has as much less of the residual as it is near.
+// Mutation: PYRAMID_FADE_ROWS 7; gaps of the tile itself alone; the share left out; one for the
+// other of rows and columns.
+static void it_comes_in_beside_stored_ground(void **state)
+{
+    (void)state;
+    fixture f;
+    fixture_init(&f, "erosion-island");
+    fixture_write(&f, ISLAND_ZOOM, 0.25, island_height, is_island_tile);
+    struct check_random random = {37};
+    double step = grid_step_lat(ISLAND_ZOOM), spacing = GEO_WGS84.a * 2 * step;
+    for (enum synthesis kind = SYNTHESIS_ERODED; kind <= SYNTHESIS_PLAIN; kind++) {
+        opened o = fixture_open(&f, 0, kind);
+        double worst = 0, moved[2] = {0};
+        int count[2] = {0};
+        for (int k = 0; k < 4000; k++) {
+            double turn = check_random_range(&random, 0, 2 * M_PI),
+                   off = island_radius + check_random_range(&random, 0, 12) * step;
+            int64_t row = (int64_t)((M_PI / 2 - island_at.lat - off * sin(turn)) / step),
+                    col = (int64_t)((island_at.lon + off * cos(turn) + M_PI) / step);
+            double far = distance_to_island(row, col), t = fmin(1, (far - 0.5) / 8), up;
+            if (!(far > 0)) continue;
+            tile_id id = {LAYER_HEIGHT, ISLAND_ZOOM, (int)(row / TILE_SIZE),
+                          (int)(col / TILE_SIZE)};
+            double share = 0.16 * spacing / (spacing + 0.5) * t * t * (3 - 2 * t);
+            double want =
+                made_at(&o, id, (int)(row % TILE_SIZE), (int)(col % TILE_SIZE), kind, share, &up);
+            worst = fmax(worst,
+                         fabs(sample(&o, ISLAND_ZOOM, row, col) - want) / (1e-5 * spacing + 0.01));
+            moved[far > 4] += fabs(want - up);
+            count[far > 4]++;
+        }
+        print_message("%d and %d samples: worst %.3g of the bound, moved by %.1f and %.1f m\n",
+                      count[0], count[1], worst, moved[0] / count[0], moved[1] / count[1]);
+        assert_true(count[0] > 1000 && count[1] > 1000 && moved[1] / count[1] > 10);
+        assert_true(worst < 1);
+        fixture_close(&o);
+    }
+    fixture_deinit(&f);
 }
 
 // A level sea beside mountains of 4000 m that rise in two samples.
@@ -358,6 +446,7 @@ int main(void)
         cmocka_unit_test(stripes_run_square_to_their_wave),
         cmocka_unit_test(rules_of_eroded_ground),
         cmocka_unit_test(rules_of_plain_ground),
+        cmocka_unit_test(it_comes_in_beside_stored_ground),
         cmocka_unit_test(nothing_is_dug_below_its_floor),
         cmocka_unit_test(level_water_is_level),
     };

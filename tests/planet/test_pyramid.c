@@ -137,8 +137,9 @@ static void a_deep_tile_makes_no_other(void **state)
         fixture_put_back(&o, fixture_get(&o, fixture_place_tile(place, GRID_MAX_ZOOM)));
     pyramid_counters(o.pyramid, &c);
     // All of zoom 1 may be asked for; its tile that is not stored is made, and the one with holes.
+    // Beside these, what is stored is read once more, for where it ends.
     assert_true(c.synthesised <= FIXTURE_PLACES + 2);
-    assert_true(c.decoded <= 10);
+    assert_true(c.decoded <= 18);
     fixture_close(&o);
 }
 
@@ -194,7 +195,15 @@ static void tiles_are_made_once(void **state)
     fixture_close(&o);
 }
 
-// Samples a stored tile lacks are what they would be if it were not stored at all.
+// Farther than synthesis takes to come in from the tile's stored half and from the tiles around it.
+static bool is_far(int i)
+{
+    int row = i / TILE_SIZE, col = i % TILE_SIZE;
+    return row >= 8 && row < TILE_SIZE - 8 && col >= 128 + 16 && col < TILE_SIZE - 16;
+}
+
+// Samples a stored tile lacks are what they would be if it were not stored at all; with synthesis
+// away from what is stored.
 static void holes_are_filled_as_if_nothing_were_stored(void **state)
 {
     (void)state;
@@ -218,14 +227,15 @@ static void holes_are_filled_as_if_nothing_were_stored(void **state)
         for (int i = 0; i < SAMPLES; i++) {
             double lat, lon;
             fixture_place(holed, i / TILE_SIZE, i % TILE_SIZE, &lat, &lon);
-            float want = i % TILE_SIZE < 128 ? fixture_rough_height(holed, 0, 0, lat, lon)
-                                             : made->heights[i];
-            assert_true(with->heights[i] == want);
+            bool stored = i % TILE_SIZE < 128;
+            float want = stored ? fixture_rough_height(holed, 0, 0, lat, lon) : made->heights[i];
+            if (!synthesis || stored || is_far(i)) assert_true(with->heights[i] == want);
         }
         fixture_put_back(&a, with);
         fixture_put_back(&b, made);
         with = fixture_get(&a, absent), made = fixture_get(&b, absent);
-        assert_memory_equal(with->heights, made->heights, SAMPLES * 4);
+        for (int i = 0; i < SAMPLES; i++)
+            if (!synthesis || is_far(i)) assert_true(with->heights[i] == made->heights[i]);
         fixture_put_back(&a, with);
         fixture_put_back(&b, made);
         fixture_close(&a);

@@ -168,10 +168,48 @@ static void plain_levels(void **state)
     levels_are_what_tiles_are(SYNTHESIS_PLAIN);
 }
 
+// A tile of finer data alone.
+static const tile_id inset = {LAYER_HEIGHT, 5, 14, 30};
+
+static bool not_beside_inset(tile_id id)
+{
+    return id.zoom <= DATA_ZOOM || tile_id_equal(id, inset);
+}
+
+// Beside stored ground of a level's zoom synthesis comes in with the distance from it, which the
+// GPU does not know. Mutation: pyramid_derives asks for the tile alone.
+static void levels_beside_stored_ground_are_the_tiles(void **state)
+{
+    (void)state;
+    fixture f;
+    fixture_init(&f, "deepen-inset");
+    fixture_write(&f, inset.zoom, 0.4, ground_height, not_beside_inset);
+    opened o = fixture_open(&f, 0, SYNTHESIS_ERODED);
+    struct deepen *d;
+    assert_int_equal(deepen_create(o.pyramid, &shape, LEVELS, 96, NULL, &d), OK);
+    double west, south, east, north;
+    grid_bounds(inset, &west, &south, &east, &north);
+    for (int level = 1, looked = 0; level < LEVELS; level++) {
+        window up = window_at(&shape, level - 1, south, west, 1.0034),
+               w = window_at(&shape, level, south, west, 1.0034);
+        if (w.zoom != inset.zoom) continue;
+        int64_t edge = (int64_t)inset.col * TILE_SIZE, row = (int64_t)inset.row * TILE_SIZE + 128;
+        const window_rect near = {row, row + 32, edge - 40, edge - 8},
+                          far = {row, row + 32, edge - 296, edge - 264}; // a tile farther
+        assert_false(deepen_can(d, &w, near, &up));
+        assert_true(deepen_can(d, &w, far, &up));
+        assert_int_equal(looked++, 0);
+    }
+    deepen_destroy(&d);
+    fixture_close(&o);
+    fixture_deinit(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(eroded_levels),
-                                       cmocka_unit_test(plain_levels)};
+                                       cmocka_unit_test(plain_levels),
+                                       cmocka_unit_test(levels_beside_stored_ground_are_the_tiles)};
     int rc = gpu_fixture_open();
     if (rc) return rc;
     fixture_init(&files, "deepen");
