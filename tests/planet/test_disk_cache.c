@@ -135,13 +135,33 @@ static void the_least_recently_used_go_first(void **state)
     print_message("bound %d KiB: %d bodies of 10 kB kept, file %d KiB\n", (int)(bound / 1024), kept,
                   (int)(file_bytes(path) / 1024));
     assert_true(file_bytes(path) < (off_t)(2 * bound));
-    // A smaller bound takes hold with the next write.
-    c = open_cache(10 * BODY);
+}
+
+// A smaller bound takes hold with the next write, for the file on disk too: what is let go is given
+// back to the file system. Fails without `incremental_vacuum`, and without `auto_vacuum`.
+static void the_file_shrinks_with_its_bound(void **state)
+{
+    (void)state;
+    struct disk_cache *c = open_cache(400 * BODY);
+    for (int i = 0; i < 350; i++) put(c, i);
+    disk_cache_close(&c);
+    off_t before = file_bytes(path);
+    c = open_cache(50 * BODY);
     put(c, 1000);
     disk_cache_flush(c);
     struct disk_cache_counters n;
     disk_cache_counters(c, &n);
-    assert_true(n.bytes <= 10 * BODY);
+    assert_true(n.bytes <= 50 * BODY);
+    disk_cache_close(&c);
+    print_message("file %d KiB, with a bound of %d KiB %d\n", (int)(before / 1024),
+                  50 * BODY / 1024, (int)(file_bytes(path) / 1024));
+    assert_true(before > 350 * BODY);
+    assert_true(file_bytes(path) < 75 * BODY);
+    c = open_cache(50 * BODY);
+    assert_true(has(c, 1000, NULL));
+    int kept = 0;
+    for (int i = 0; i < 350; i++) kept += has(c, i, NULL);
+    assert_true(kept > 20 && kept < 50);
     disk_cache_close(&c);
 }
 
@@ -357,6 +377,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(kept_from_run_to_run, fresh),
         cmocka_unit_test_setup(the_least_recently_used_go_first, fresh),
+        cmocka_unit_test_setup(the_file_shrinks_with_its_bound, fresh),
         cmocka_unit_test_setup(a_clock_that_goes_back, fresh),
         cmocka_unit_test_setup(many_writers, fresh),
         cmocka_unit_test_setup(a_kill_loses_the_last_only, fresh),
