@@ -255,6 +255,12 @@ void gpu_context_debug(void)
     glDebugMessageCallback(log_message, NULL);
 }
 
+void gpu_context_forgive(void)
+{
+    enum { MOST = 16 };
+    for (int i = 0; i < MOST && glGetError() != GL_NO_ERROR;) i++;
+}
+
 void gpu_tune_allocator(void)
 {
 #ifdef __GLIBC__

@@ -22,6 +22,10 @@ status gpu_context_check(void);
 // Routes GL's debug messages of high severity to log_warn (debug contexts only).
 void gpu_context_debug(void);
 
+// Takes the errors that GL holds from before, so that what follows is judged by its own. A lost
+// context may report one for ever: so many are taken and no more, and what follows fails by it.
+void gpu_context_forgive(void);
+
 // Is work over every pixel better done by compute shaders? So it is on graphics cards: those of
 // data centres have a thirtieth of their processors for fragments. Mesa's software driver takes
 // half as long again for it. PERIGEE_COMPUTE=0 or 1 in the environment says otherwise. Needs a

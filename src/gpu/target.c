@@ -6,9 +6,8 @@
 #include <string.h>
 
 #include "base/log.h"
+#include "gpu/context.h"
 #include "gpu/pixel_store.h"
-
-enum { MAX_STALE_ERRORS = 16 };
 
 static bool has_stencil(GLenum format)
 {
@@ -58,7 +57,7 @@ status gpu_target_init(gpu_target *t, int width, int height, const GLenum *color
     *t = (gpu_target){.width = width, .height = height, .color_count = color_count};
     status s = check_size(width, height);
     if (s) return s;
-    for (int i = 0; i < MAX_STALE_ERRORS && glGetError() != GL_NO_ERROR;) i++;
+    gpu_context_forgive();
     GLenum draw[GPU_TARGET_MAX_COLORS] = {GL_NONE};
     glCreateFramebuffers(1, &t->framebuffer);
     for (int i = 0; i < color_count; i++) {

@@ -9,9 +9,10 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "gpu/context.h"
 #include "gpu/pixel_store.h"
 
-enum { SHARES = 3, SHARE_ALIGN = 256, TEXEL_ALIGN = 16, MAX_STALE_ERRORS = 16 };
+enum { SHARES = 3, SHARE_ALIGN = 256, TEXEL_ALIGN = 16 };
 
 struct gpu_upload {
     GLuint buffer;
@@ -34,7 +35,7 @@ static status map_buffer(struct gpu_upload *u)
 {
     const GLbitfield access = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     GLsizeiptr bytes = (GLsizeiptr)(SHARES * u->share_bytes);
-    for (int i = 0; i < MAX_STALE_ERRORS && glGetError() != GL_NO_ERROR;) i++;
+    gpu_context_forgive();
     glCreateBuffers(1, &u->buffer);
     glNamedBufferStorage(u->buffer, bytes, NULL, access);
     GLenum error = glGetError();

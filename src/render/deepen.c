@@ -10,6 +10,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "gpu/context.h"
 #include "gpu/program.h"
 #include "planet/region.h"
 
@@ -70,8 +71,7 @@ static status make_buffers(struct deepen *d, int levels, int max_rows)
 {
     GLbitfield read = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
     size_t cells = (size_t)max_rows * (size_t)(d->shape.cols / CLIP_CELL);
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     d->row_stride = aligned((size_t)d->shape.rows * sizeof(struct row));
     d->column_stride = aligned((size_t)d->shape.cols * sizeof(struct column));
     size_t slot = aligned(cells * sizeof(clip_range));

@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "geo/screen_grid.h"
+#include "gpu/context.h"
 #include "gpu/program.h"
 #include "render/geometry.h"
 #include "render/params.h"
@@ -132,8 +133,7 @@ static void make_vertex_array(struct grid *g)
 
 static status make_buffers(struct grid *g)
 {
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     size_t columns = (size_t)g->params.columns, vertices = 3 * vertex_count(g) * sizeof(float),
            index_bytes = (size_t)index_count(g) * sizeof(uint32_t);
     uint32_t *indices = malloc(index_bytes);

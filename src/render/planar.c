@@ -16,6 +16,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "gpu/context.h"
 #include "gpu/program.h"
 #include "render/planar_parts.h"
 
@@ -109,8 +110,7 @@ struct square_block {
 static status make_tables(struct planar *p)
 {
     size_t table = (size_t)table_stride(p) * (size_t)p->levels;
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     p->row_table = NEW_ARRAY(nest_row, table);
     p->column_table = NEW_ARRAY(nest_column, table);
     p->rows = make_buffer(p, table * sizeof(nest_row));

@@ -10,6 +10,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/vec.h"
+#include "gpu/context.h"
 #include "gpu/program.h"
 #include "render/fleeting.h"
 
@@ -35,8 +36,7 @@ status planar_elevation_create(const planar_elevation_params *p, struct planar_e
     struct planar_elevation *e = NEW(struct planar_elevation);
     *e = (struct planar_elevation){.n = p->n, .kept = p->kept};
     for (int i = 0; i < CLIPMAP_MAX_LEVELS; i++) e->keys[i].sampled = -1;
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     int layers = p->kept < p->levels ? p->kept + FLEETING_LAYERS : p->levels;
     e->format = p->packed ? GL_R32F : GL_RG32F;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &e->texture);

@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "gpu/context.h"
 #include "render/planar_parts.h"
 #include "render/planar_pieces.h"
 
@@ -40,8 +41,7 @@ static GLuint make_buffer(struct planar *p, size_t bytes, const void *data)
 status planar_footprints_create(struct planar *p, struct planar_footprints **out)
 {
     struct planar_footprints *o = NEW(struct planar_footprints);
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     o->n = p->n;
     planar_pieces pieces = planar_pieces_make(p->n);
     memcpy(o->piece, pieces.piece, sizeof o->piece);

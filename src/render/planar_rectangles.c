@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "gpu/context.h"
 #include "render/planar_parts.h"
 
 enum { SLABS = 16, RECTANGLES = 4 };
@@ -50,8 +51,7 @@ static void make_instances(struct planar *p, struct planar_rectangles *o)
 status planar_rectangles_create(struct planar *p, struct planar_rectangles **out)
 {
     struct planar_rectangles *o = NEW(struct planar_rectangles);
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     o->n = p->n;
     o->columns = p->n + 2;
     o->capacity = 6 * (size_t)(o->n + 1) * (size_t)(o->n + 1);

@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "base/memory.h"
+#include "gpu/context.h"
 #include "gpu/program.h"
 
 struct recast {
@@ -19,8 +20,7 @@ status recast_create(const recast_params *p, struct recast **out)
     char text[128];
     r->shape = p->shape;
     r->format = p->colors ? GL_R32UI : GL_R32F;
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     glGenTextures(1, &r->view);
     glTextureView(r->view, GL_TEXTURE_2D_ARRAY, p->texture, r->format, 0, 1, 0, (GLuint)p->layers);
     snprintf(text, sizeof text, "%s#define COLUMNS %d\n%s", p->defines, p->shape.cols,

@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "clipmap/residual.h"
+#include "gpu/context.h"
 #include "gpu/program.h"
 #include "render/texture_array.h"
 
@@ -18,8 +19,7 @@ status residuals_create(const window_shape *shape, const char *defines, struct r
 {
     struct residuals *r = NEW(struct residuals);
     const window_shape strip = {.rows = CLIPMAP_MAX_ROWS, .cols = shape->cols};
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     r->shape = *shape;
     r->texture = texture_array(GL_R16I, &strip, 1, GL_NEAREST);
     r->bytes = texture_array_bytes(&strip, 1, 2);

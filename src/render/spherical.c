@@ -12,6 +12,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "geo/horizon.h"
+#include "gpu/context.h"
 #include "gpu/program.h"
 #include "render/geometry.h"
 #include "render/params.h"
@@ -147,8 +148,7 @@ static void make_vertex_array(struct spherical *s)
 
 static status make_buffers(struct spherical *s, bool identify)
 {
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     glCreateBuffers(1, &s->row_buffer);
     glCreateBuffers(1, &s->column_buffer);
     glCreateBuffers(1, &s->place_buffer);

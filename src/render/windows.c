@@ -11,6 +11,7 @@
 #include "base/log.h"
 #include "base/memory.h"
 #include "base/vec.h"
+#include "gpu/context.h"
 #include "render/fleeting.h"
 #include "render/normals.h"
 #include "render/recast.h"
@@ -130,8 +131,7 @@ static status create_layers(struct windows *w, const windows_params *p)
 
 static status create_textures(struct windows *w)
 {
-    while (glGetError() != GL_NO_ERROR) {
-    }
+    gpu_context_forgive();
     bool fleeting = w->height.kept < w->height.levels;
     int layers = w->height.kept + (fleeting ? FLEETING_LAYERS : 0),
         convexity_layers = w->height.kept + (fleeting ? FLEETING_CONVEXITY_LAYERS : 0);

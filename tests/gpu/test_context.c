@@ -73,6 +73,30 @@ static void test_debug_reports_errors(void **state)
     gpu_fixture_forgive();
 }
 
+static int asked;
+
+static GLenum GLAPIENTRY always_lost(void)
+{
+    asked++;
+    return GL_CONTEXT_LOST;
+}
+
+// Errors from before are taken, all kinds of them; a context that has been lost has no end of them.
+static void test_forgives(void **state)
+{
+    (void)state;
+    glEnable(0xdead);
+    glViewport(0, 0, -1, -1);
+    gpu_context_forgive();
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    PFNGLGETERRORPROC own = epoxy_glGetError;
+    epoxy_glGetError = always_lost;
+    gpu_context_forgive();
+    epoxy_glGetError = own;
+    assert_in_range(asked, 2, 100);
+    gpu_fixture_forgive();
+}
+
 // What a fresh process gets with one environment variable set: its status, and whether its one line
 // holds `words`.
 static int child_status(const char *name, const char *value, const char *const *words)
@@ -179,6 +203,7 @@ int main(void)
         cmocka_unit_test(test_is_core_45),
         cmocka_unit_test(test_has_no_window),
         cmocka_unit_test(test_debug_reports_errors),
+        cmocka_unit_test(test_forgives),
         cmocka_unit_test(test_allocator_keeps_memory),
     };
     const struct CMUnitTest after[] = {cmocka_unit_test(test_create_again)};

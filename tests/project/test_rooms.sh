@@ -1,5 +1,5 @@
 # The arrows between the rooms hold: what each room includes and what its CMakeLists.txt links, and which third-party
-# headers it may see. Also proves itself: a forbidden include in a copy of a room must be found.
+# headers it may see. No loop waits for GL's last error. Also proves itself: a forbidden include in a copy of a room must be found.
 set -euo pipefail
 root=$1
 
@@ -95,6 +95,12 @@ scan_calls() {
         sed 's/$/ is not for room reference/' || true
 }
 
+# scan_loops SRC: prints every loop that waits for the last GL error, of which a lost context has none; gpu_context_forgive knows how.
+scan_loops() {
+    grep -rnE '(while|for) *\(.*glGetError' "$1" --include='*.[ch]' --include='*.cpp' | grep -v '/gpu/context\.c:' |
+        sed 's/$/   <- a loop over errors/' || true
+}
+
 # scan_links SRC: prints every room linked against an arrow.
 scan_links() {
     local room used other
@@ -111,17 +117,20 @@ copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 mkdir -p "$copy/geo" "$copy/reference"
 printf '#include "geo/frames.h"\n#include "shared/position.glsl"\n#include "planet/pyramid.h"\n' >"$copy/reference/wrong.c"
+printf 'while (glGetError()) {}\n' >"$copy/geo/loop.c"
 printf 'bool p = geo_is_plane(e);\ndvec3 x = geo_ecef_from_geodetic(e, g);\n' >>"$copy/reference/wrong.c"
 printf '#include <math.h>\n#include "planet/grid.h"\n#include <sqlite3.h>\n' >"$copy/geo/wrong.c"
 printf '#include <geodesic.h>\n' >"$copy/geo/wrong.h"
 printf 'perigee_room(geo base gpu)\n' >"$copy/geo/CMakeLists.txt"
-if (($(scan "$copy" | wc -l) != 5)) || (($(scan_calls "$copy" | wc -l) != 1)) || (($(scan_links "$copy" | wc -l) != 1)); then
+if (($(scan "$copy" | wc -l) != 5)) || (($(scan_calls "$copy" | wc -l) != 1)) || (($(scan_links "$copy" | wc -l) != 1)) ||
+    (($(scan_loops "$copy" | wc -l) != 1)); then
     echo "the scan itself is broken: it does not find the planted faults"
     scan "$copy"
     scan_calls "$copy"
     scan_links "$copy"
+    scan_loops "$copy"
     exit 1
 fi
 
-faults=$(scan "$root/src"; scan_calls "$root/src"; scan_links "$root/src")
+faults=$(scan "$root/src"; scan_calls "$root/src"; scan_links "$root/src"; scan_loops "$root/src")
 [[ -z $faults ]] || { echo "$faults"; exit 1; }

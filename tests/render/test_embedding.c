@@ -105,6 +105,35 @@ static void test_impossible_values(void **state)
     perigee_planet_close(&planet);
 }
 
+static GLenum GLAPIENTRY always_lost(void)
+{
+    return GL_CONTEXT_LOST;
+}
+
+// A context that was lost has errors without end: a view of it is refused, and nothing waits for
+// the last of them.
+static void test_lost_context(void **state)
+{
+    (void)state;
+    static const enum perigee_mode modes[] = {PERIGEE_MODE_SPHERICAL, PERIGEE_MODE_PLANAR,
+                                              PERIGEE_MODE_GRID};
+    perigee_planet *planet = scene_planet();
+    PFNGLGETERRORPROC own = epoxy_glGetError;
+    log_set_level((enum log_level) - 1);
+    for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
+        const perigee_view_params params = {.mode = modes[i]};
+        perigee_view *view;
+        epoxy_glGetError = always_lost;
+        int refused = perigee_view_create(planet, &params, &view);
+        epoxy_glGetError = own;
+        assert_int_not_equal(refused, 0);
+        assert_null(view);
+        assert_true(strlen(perigee_last_error()) > 10);
+    }
+    log_set_level(LOG_INFO);
+    perigee_planet_close(&planet);
+}
+
 // Late data: only the coarsest level is loaded, the first frame shows it, and what is missing is
 // told.
 static void test_missing_is_told(void **state)
@@ -167,9 +196,8 @@ static void test_late_data_fades_in(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_state_is_left_alone),
-        cmocka_unit_test(test_impossible_values),
-        cmocka_unit_test(test_missing_is_told),
+        cmocka_unit_test(test_state_is_left_alone), cmocka_unit_test(test_impossible_values),
+        cmocka_unit_test(test_lost_context),        cmocka_unit_test(test_missing_is_told),
         cmocka_unit_test(test_late_data_fades_in),
     };
     int rc = scene_open();
