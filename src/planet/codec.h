@@ -38,6 +38,9 @@ status codec_height_decode_tile(tile_id id, const void *data, size_t size, codec
 
 // channels: 3 (colour, RGB) or 1 (night). quality 1-100.
 status codec_pixels_encode(const unsigned char *pixels, int channels, int quality, codec_blob *out);
+// The same as JPEG whatever they are: for readers that know nothing else.
+status codec_pixels_encode_jpeg(const unsigned char *pixels, int channels, int quality,
+                                codec_blob *out);
 status codec_pixels_decode(const void *data, size_t size, int channels, unsigned char *pixels);
 
 #endif

@@ -11,11 +11,11 @@
 
 enum { MAX_BODY = 1 << 20 }; // over twice what a 256 x 256 baseline JPEG can need
 
-status codec_pixels_encode(const unsigned char *pixels, int channels, int quality, codec_blob *out)
+status codec_pixels_encode_jpeg(const unsigned char *pixels, int channels, int quality,
+                                codec_blob *out)
 {
     assert((channels == 1 || channels == 3) && quality >= 1 && quality <= 100);
     *out = (codec_blob){0};
-    if (uniform_encode_pixels(pixels, channels, out)) return OK;
     tjhandle handle = tjInitCompress();
     if (!handle) return ERR_MEMORY;
     int format = channels == 1 ? TJPF_GRAY : TJPF_RGB;
@@ -35,6 +35,12 @@ status codec_pixels_encode(const unsigned char *pixels, int channels, int qualit
     tjFree(jpeg);
     tjDestroy(handle);
     return s;
+}
+
+status codec_pixels_encode(const unsigned char *pixels, int channels, int quality, codec_blob *out)
+{
+    if (uniform_encode_pixels(pixels, channels, out)) return OK;
+    return codec_pixels_encode_jpeg(pixels, channels, quality, out);
 }
 
 status codec_pixels_decode(const void *data, size_t size, int channels, unsigned char *pixels)

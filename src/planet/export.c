@@ -125,7 +125,7 @@ static status pixel_body(struct planet_file *file, tile_id id, codec_blob *out)
     codec_blob_deinit(out);
     unsigned char *pixels = malloc(SAMPLES * 3);
     s = pixels ? planet_file_read_pixels(file, id, pixels) : ERR_MEMORY;
-    if (!s) s = codec_pixels_encode(pixels, channels, QUALITY, out);
+    if (!s) s = codec_pixels_encode_jpeg(pixels, channels, QUALITY, out);
     free(pixels);
     return s;
 }
