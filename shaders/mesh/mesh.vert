@@ -25,10 +25,11 @@ layout(std430, binding = 1) readonly buffer Place { float place[]; };
 
 // Vertices that go, or have just come, slide onto ones that stay (src/render/stride.h). Rows of a band; the fill's first row, and
 // the first but one of the fill before; stride of the columns. Share by which every second column has slid, and by which the
-// last level's rings and the fill's have slid to those of the fill before. A band's: stride of its rings, share of every second one.
+// last level's rings and the fill's have slid to those of the fill before. A band's: stride of its rings, share of every second one; 0 of
+// the ring that ends the last of the BANDS.
 layout(location = 0) uniform ivec4 cut;
 layout(location = 1) uniform vec2 slid;
-layout(location = 2) uniform vec2 bands[49];
+layout(location = 2) uniform vec2 bands[BANDS + 1];
 
 struct point {
     vec3 position, ring;

@@ -218,7 +218,7 @@ static status create(const geometry_params *params, struct geometry **out)
     s->placed = NEW_ARRAY(uint64_t, cells);
     s->strides = NEW_ARRAY(struct strides, cells);
     s->epoch = 1;
-    s->thinned = NEW_ARRAY(float, 2 * (size_t)CELL_BANDS * CLIPMAP_MAX_LEVELS);
+    s->thinned = NEW_ARRAY(float, 2 * (size_t)(CELL_BANDS * s->rings.levels));
     s->work = NEW_ARRAY(uint32_t, (cells + CELL_SECTORS) * 4);
     s->counts = NEW_ARRAY(GLsizei, cells);
     s->offsets = NEW_ARRAY(const void *, cells);
@@ -226,8 +226,8 @@ static status create(const geometry_params *params, struct geometry **out)
     s->drawn = NEW_ARRAY(int, cells);
     s->draw_strides = NEW_ARRAY(uint32_t, cells);
     char defines[512];
-    snprintf(defines, sizeof defines, "%s#define FILL_RINGS %d\n", params->defines,
-             CELL_FILL_RINGS);
+    snprintf(defines, sizeof defines, "%s#define FILL_RINGS %d\n#define BANDS %d\n",
+             params->defines, CELL_FILL_RINGS, CELL_BANDS * s->rings.levels);
     status r = make_buffers(s, v->identify);
     if (!r) r = gpu_program_create_compute("place/place.comp", defines, &s->place_program);
     if (!r)
