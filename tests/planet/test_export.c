@@ -1,7 +1,7 @@
 // A planet as a folder of tiles: every tile of heights, colour and lights is what the planet holds,
 // the document says where each one is and names no other, and what fails leaves no document.
-// Fails when broken: heights cut off instead of rounded; no data written as a height; lights read as
-// three channels; tiles of one colour written as the planet stores them (so it was); a run of
+// Fails when broken: heights cut off instead of rounded; no data written as a height; lights read
+// as three channels; tiles of one colour written as the planet stores them (so it was); a run of
 // neighbours in the document that goes on over a gap; a document in spite of a failure; a failing
 // fwrite passed over.
 #include "test_import_common.h"
