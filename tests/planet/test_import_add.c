@@ -6,6 +6,10 @@
 // ancestors are coded within the bound again (twice the bound).
 #include "test_import_common.h"
 
+#include <signal.h>
+#include <sys/wait.h>
+#include <utime.h>
+
 #include "planet/planet_part.h"
 
 enum { SAMPLES = TILE_SIZE * TILE_SIZE };
@@ -370,6 +374,43 @@ static void stopped_and_gone_on_with(void **state)
     assert_same("once.planet", "twice.planet");
 }
 
+static bool kill_in(void *user, const char *stage, double done)
+{
+    (void)done;
+    if (strcmp(stage, user) == 0) kill(getpid(), SIGKILL);
+    return false;
+}
+
+// Killed as tiles are made, and as the parts are joined: the planet is as it was until the last
+// moment; gone on with, it is the same as in one go. Fails when what is joined is written over the
+// planet.
+static void killed_and_gone_on_with(void **state)
+{
+    (void)state;
+    static char *const stages[] = {"heights", "joining"};
+    static const char *const bases[] = {"once.planet", "was.planet", "killed.planet"};
+    const import_params first = {.quantum = QUANTUM_AUTO, .name = "Same"}, add = {.add = true};
+    const import_params resumed = {.add = true, .resume = true};
+    for (int i = 0; i < 3; i++) {
+        import(bases[i], &first, NAMES("globe.tif"));
+        // A planet says what it was added to, and of when that is.
+        assert_int_equal(utime(in_dir(bases[i]), &(struct utimbuf){1000000000, 1000000000}), 0);
+    }
+    import("once.planet", &add, NAMES("inset.tif"));
+    for (int i = 0; i < 2; i++) {
+        const import_params killed = {
+            .add = true, .resume = i > 0, .progress = kill_in, .user = stages[i]};
+        pid_t child = fork();
+        if (child == 0) _exit(run("killed.planet", &killed, NAMES("inset.tif")) != OK);
+        int ended = 0;
+        assert_int_equal(waitpid(child, &ended, 0), child);
+        assert_true(WIFSIGNALED(ended) && WTERMSIG(ended) == SIGKILL);
+        check_same_files(in_dir("was.planet"), in_dir("killed.planet"));
+    }
+    import("killed.planet", &resumed, NAMES("inset.tif"));
+    check_same_files(in_dir("once.planet"), in_dir("killed.planet"));
+}
+
 static void bad_bases_are_named(void **state)
 {
     (void)state;
@@ -390,6 +431,7 @@ int main(void)
         cmocka_unit_test(the_bound_is_kept),
         cmocka_unit_test(colour_is_painted_over),
         cmocka_unit_test(stopped_and_gone_on_with),
+        cmocka_unit_test(killed_and_gone_on_with),
         cmocka_unit_test(bad_bases_are_named),
     };
     return cmocka_run_group_tests(tests, make_rasters, remove_test_dir);
