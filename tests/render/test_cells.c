@@ -87,6 +87,56 @@ static void test_culling_is_conservative(void **state)
     assert_true(seen > 20000);
 }
 
+// A telephoto from over a place of a level planet that lies as far as can be from the points by
+// which its cell is bounded: on the cell's outer arc between two of them, looking down; and with
+// only the near ground in sight, looking level along an arc from the focus.
+static projection telephoto_of(const projection *over, dvec3 place, double height, double heading,
+                               double pitch, double fov_y)
+{
+    double a = over->ellipsoid.a, b = over->ellipsoid.b;
+    geo_camera c = {.position = {atan2(a * a / (b * b) * place.z, hypot(place.x, place.y)),
+                                 over->focus.lon + atan2(place.y, place.x), height},
+                    .heading = heading,
+                    .pitch = pitch,
+                    .fov_y = fov_y};
+    return projection_make(over->ellipsoid, &c, over->camera.position.lat,
+                           over->camera.position.lon, 1280, 960);
+}
+
+static void look_at_arc(struct check_random *r, int level, bool down)
+{
+    const int sector = (int)check_random_range(r, 0, CELL_SECTORS),
+              band = (int)check_random_range(r, 0, CELL_BANDS);
+    const double rows = (double)RINGS.rings_per_level / CELL_BANDS;
+    geo_camera c = {.position = {check_random_range(r, -M_PI / 2, M_PI / 2),
+                                 check_random_range(r, -M_PI, M_PI), 1000},
+                    .fov_y = 1};
+    projection over = projection_make(GEO_WGS84, &c, c.position.lat, c.position.lon, 1280, 960);
+    int ring = level * RINGS.rings_per_level;
+    double outer = ring_angle(&RINGS, ring + band * rows),
+           inner = ring_angle(&RINGS, ring + (band + 1) * rows);
+    double angle = down ? outer - 1e-3 * (outer - inner) : outer - 0.25 * (outer - inner),
+           azimuth = (sector + (down ? 0.25 : 0.5)) * 2 * M_PI / CELL_SECTORS;
+    dvec3 place = point_on_cell(&over, angle, azimuth, 0);
+    double far = GEO_WGS84.a * (outer - inner);
+    projection p = down ? telephoto_of(&over, place, 1e-3 * far,
+                                       check_random_range(r, 0, 2 * M_PI), -M_PI / 2, 0.2)
+                        : telephoto_of(&over, place, 1e-5 * far,
+                                       check_random_range(r, 0, 2 * M_PI), -0.01, 0.015);
+    cell_view v = projection_cell_view(&p, 0, 0);
+    if (!visible(&v, cell_index(level, band, sector), RINGS.levels - 1, 0, 0))
+        fail_msg("level %d band %d sector %d: its arc is seen %s but culled", level, band, sector,
+                 down ? "from above" : "along the ground");
+}
+
+static void test_arcs_are_not_culled(void **state)
+{
+    (void)state;
+    struct check_random r = {7};
+    for (int level = 1; level < RINGS.levels; level++)
+        for (int i = 0; i < 100; i++) look_at_arc(&r, level, i % 2);
+}
+
 static void test_culling_culls(void **state)
 {
     (void)state;
@@ -129,6 +179,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_culling_is_conservative),
+        cmocka_unit_test(test_arcs_are_not_culled),
         cmocka_unit_test(test_culling_culls),
         cmocka_unit_test(test_cells_cover_the_rings),
     };
