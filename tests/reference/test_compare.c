@@ -170,6 +170,26 @@ static void test_limb(void **state)
     }
 }
 
+// Ground where B has sky: an island far from its limb is outside, a pixel beside it is the limb's.
+static void test_island(void **state)
+{
+    (void)state;
+    compare_params p = params_of(3 * RADIUS, -90, 45);
+    compare_result r;
+    draw_sphere(&p, RADIUS, zb, false);
+    memcpy(za, zb, sizeof za);
+    for (int y = 4; y < 8; y++)
+        for (int x = 6; x < 12; x++) za[y * W + x] = (float)(3 * RADIUS);
+    int row = H / 2 * W, x = 0;
+    while (isnan(zb[row + x])) x++;
+    za[row + x - 1] = zb[row + x];
+    run(&p, &r);
+    assert_int_equal(r.extra, 4 * 6 + 1);
+    assert_int_equal(r.extra_outside, 4 * 6);
+    assert_int_equal(r.missing, 0);
+    assert_int_equal(kind[5 * W + 7], COMPARE_EXTRA);
+}
+
 // A wall in front of another, its slanted edge moved: all of the difference is the silhouette's.
 static void draw_wall(float *z, double edge, double slope, double near, double far)
 {
@@ -486,12 +506,19 @@ static void test_turned_by_half_a_pixel(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_metre_too_high), cmocka_unit_test(test_straight_down),
-        cmocka_unit_test(test_limb),           cmocka_unit_test(test_wall),
-        cmocka_unit_test(test_wall_too_far),   cmocka_unit_test(test_creases),
-        cmocka_unit_test(test_bump_and_hole),  cmocka_unit_test(test_summits),
-        cmocka_unit_test(test_thin_ridge),     cmocka_unit_test(test_color),
-        cmocka_unit_test(test_statistics),     cmocka_unit_test(test_turned_by_half_a_pixel),
+        cmocka_unit_test(test_metre_too_high),
+        cmocka_unit_test(test_straight_down),
+        cmocka_unit_test(test_limb),
+        cmocka_unit_test(test_island),
+        cmocka_unit_test(test_wall),
+        cmocka_unit_test(test_wall_too_far),
+        cmocka_unit_test(test_creases),
+        cmocka_unit_test(test_bump_and_hole),
+        cmocka_unit_test(test_summits),
+        cmocka_unit_test(test_thin_ridge),
+        cmocka_unit_test(test_color),
+        cmocka_unit_test(test_statistics),
+        cmocka_unit_test(test_turned_by_half_a_pixel),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
