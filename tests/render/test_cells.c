@@ -119,10 +119,10 @@ static void look_at_arc(struct check_random *r, int level, bool down)
            azimuth = (sector + (down ? 0.25 : 0.5)) * 2 * M_PI / CELL_SECTORS;
     dvec3 place = point_on_cell(&over, angle, azimuth, 0);
     double far = GEO_WGS84.a * (outer - inner);
-    projection p = down ? telephoto_of(&over, place, 1e-3 * far,
-                                       check_random_range(r, 0, 2 * M_PI), -M_PI / 2, 0.2)
-                        : telephoto_of(&over, place, 1e-5 * far,
-                                       check_random_range(r, 0, 2 * M_PI), -0.01, 0.015);
+    projection p = down ? telephoto_of(&over, place, 1e-3 * far, check_random_range(r, 0, 2 * M_PI),
+                                       -M_PI / 2, 0.2)
+                        : telephoto_of(&over, place, 1e-5 * far, check_random_range(r, 0, 2 * M_PI),
+                                       -0.01, 0.015);
     cell_view v = projection_cell_view(&p, 0, 0);
     if (!visible(&v, cell_index(level, band, sector), RINGS.levels - 1, 0, 0))
         fail_msg("level %d band %d sector %d: its arc is seen %s but culled", level, band, sector,

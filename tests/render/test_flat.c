@@ -10,7 +10,8 @@
 // than that discarded (raster_watertight, small_rasters); latitudes of the heights stretched by 2 %
 // about the focus (accuracy); the raster laid half a sample aside (raster_accuracy, small_rasters,
 // lies_at_its_place); the map cut to reach as far to both sides (raster_watertight). Not seen: by
-// 0.02 %; cells nearer than they are to the horizon's test.
+// 0.02 %, which is below the bounds; cells nearer than they are to the horizon's test, which are
+// then drawn for nothing.
 #include "render/gaps.h"
 
 #include "utm_raster.h"

@@ -186,12 +186,33 @@ static void test_antimeridian(void **state)
     temporal_close(&s);
 }
 
+// Over the latitude where a level comes to hold the whole circle. Its window begins at longitude
+// 180, so that along that meridian the smaller part of what it has is lost and fades in anew.
+static void test_whole_circle(void **state)
+{
+    (void)state;
+    perigee_view_params few = {.upload_bytes_frame = 4 << 10};
+    temporal_scene s = temporal_open(temporal_rough(), true, &few);
+    for (int i = 0; i < 2; i++) {
+        perigee_camera c = {
+            .lat_deg = 89.814, .lon_deg = i ? 180 : 90, .pitch_deg = -25, .fov_deg = 60};
+        c.alt_m = temporal_ground(&s, 89.8, c.lon_deg) + 3000;
+        temporal_change worst =
+            fly(i ? "to the pole along 180 E" : "to the pole along 90 E", &s, c, 0.0005, 0);
+        assert_true(worst.p999_px <= 0.05);
+        assert_true(worst.rms <= (i ? 1 : 0.1));
+        assert_true(worst.p999 <= (i ? 10 : 1));
+    }
+    temporal_close(&s);
+}
+
 // With an argument: another planet with imagery.
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_levels_fade_in), cmocka_unit_test(test_share),
-        cmocka_unit_test(test_imagery_share), cmocka_unit_test(test_antimeridian)};
+        cmocka_unit_test(test_imagery_share), cmocka_unit_test(test_antimeridian),
+        cmocka_unit_test(test_whole_circle)};
     if (argc > 1) earth = argv[1];
     int rc = scene_open();
     return rc ? rc : scene_close(cmocka_run_group_tests(tests, NULL, NULL));
