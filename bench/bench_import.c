@@ -1,8 +1,8 @@
 // How fast a global height raster becomes a planet file, beside the library steps that this takes
 // in any case, each alone over the same tiles, on one thread:
-//   bench_import RASTER FOLDER [QUANTUM]
+//   bench_import RASTER FOLDER [QUANTUM [KEPT_MIB]]
 // QUANTUM of heights, a power of two; 0: as floats (default 1, what the 2-minute relief has by
-// itself).
+// itself). KEPT_MIB: bound of the tiles just made that are kept for the zoom above (default 512).
 // One line of JSON: samples a second of the processor's time (and of the clock's). "encode" and
 // "decode" are a body's whole making and reading; "coder" is the library's share of encoding alone
 // (libaec), over the numbers that a body holds.
@@ -149,8 +149,8 @@ static status library_steps(struct tiles *t, const char *scratch, double quantum
 
 int main(int argc, char **argv)
 {
-    if (argc != 3 && argc != 4) {
-        fprintf(stderr, "usage: bench_import RASTER FOLDER [QUANTUM]\n");
+    if (argc < 3 || argc > 5) {
+        fprintf(stderr, "usage: bench_import RASTER FOLDER [QUANTUM [KEPT_MIB]]\n");
         return 2;
     }
     char output[4096], scratch[4096];
@@ -162,7 +162,8 @@ int main(int argc, char **argv)
                        .source_count = 1,
                        .output = output,
                        .threads = 1,
-                       .quantum = argc == 4 ? atof(argv[3]) : 1,
+                       .quantum = argc > 3 ? atof(argv[3]) : 1,
+                       .kept_bytes = argc > 4 ? (size_t)atol(argv[4]) << 20 : 0,
                        .force = true,
                        .report = &r};
     GDALAllRegister();

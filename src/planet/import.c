@@ -21,7 +21,7 @@
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
-enum { IMPORT_VERSION = 5, CACHE_BYTES = 512 << 20 };
+enum { IMPORT_VERSION = 5, KEPT_BYTES = 512 << 20 };
 
 // So many tiles take less time than it takes the processes to wait for each other at every zoom.
 enum { ALONE_TILES = 16 };
@@ -138,7 +138,8 @@ static status make_layer(struct import *im, enum tile_layer layer)
     status s = OK;
     if (l.count) {
         uint64_t before = crew_count(im->crew).made, tiles = count_tiles(im, &l);
-        struct import_cache *cache = import_cache_create(im->store, CACHE_BYTES);
+        size_t kept = im->params->kept_bytes ? im->params->kept_bytes : KEPT_BYTES;
+        struct import_cache *cache = import_cache_create(im->store, kept);
         struct workshop *workshop = layer_workshop(im, &l, crew_threads(im->crew), cache);
         crew_begin(im->crew, stages[layer], tiles, workshop);
         s = make_zooms(im, &l, tiles);

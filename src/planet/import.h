@@ -67,6 +67,7 @@ typedef struct import_params {
     double max_error;
     double bounds_deg[4]; // west, south, east, north; all zero: everything the sources cover
     int threads;          // 0: one for each processor
+    size_t kept_bytes; // bound of the tiles just made that are kept for the zoom above; 0: 512 MiB
     bool resume; // go on with the committed tiles of an interrupted import of the same sources
     bool force;  // replace an existing output
     // Put the sources on top of the finished planet at `output` (where they are not coarser than
