@@ -14,15 +14,25 @@ struct region {
     double west, south, east, north;
 };
 
-// Invariant: spans[at ...] of the current row are merged and ascending; `col` is the next column
-// inside spans[at]. `left` tiles are to come, in this row and those after.
+// Four rows of children of so many rows of tiles may be more than is kept.
+enum { BLOCK = 8, BLOCK_ABOVE = 128 };
+
+// What is left of a row: from `col` on, inside spans[at], to the east or the west as the walk goes.
+// Spans are merged and ascending.
+struct cursor {
+    int row, cols;
+    struct span *spans;
+    int span_count, at, col;
+};
+
+// Invariant: `left` tiles are to come, `in_block` of them in the block begun.
 struct plan_walk {
     enum tile_layer layer;
-    int zoom, row, step;
-    uint64_t left;
+    int zoom, step, height, block;
+    uint64_t left, in_block;
     struct region *regions;
-    struct span *spans;
-    int region_count, span_count, at, col;
+    int region_count;
+    struct cursor cursors[BLOCK]; // rows of the block in the order of the walk
 };
 
 bool plan_bounds_are_global(const plan_bounds *b)
@@ -65,11 +75,11 @@ static int row_of(int zoom, double lat)
     return row < 0 ? 0 : row >= grid_rows(zoom) ? grid_rows(zoom) - 1 : row;
 }
 
-static void add_span(struct plan_walk *w, int first, int last, int cols)
+static void add_span(struct cursor *c, int first, int last)
 {
     if (first < 0) first = 0;
-    if (last > cols - 1) last = cols - 1;
-    if (first <= last) w->spans[w->span_count++] = (struct span){first, last};
+    if (last > c->cols - 1) last = c->cols - 1;
+    if (first <= last) c->spans[c->span_count++] = (struct span){first, last};
 }
 
 static int compare_spans(const void *a, const void *b)
@@ -78,97 +88,154 @@ static int compare_spans(const void *a, const void *b)
     return (x->first > y->first) - (x->first < y->first);
 }
 
-static void merge_spans(struct plan_walk *w)
+static void merge_spans(struct cursor *c)
 {
-    qsort(w->spans, (size_t)w->span_count, sizeof *w->spans, compare_spans);
+    qsort(c->spans, (size_t)c->span_count, sizeof *c->spans, compare_spans);
     int n = 0;
-    for (int i = 0; i < w->span_count; i++) {
-        struct span s = w->spans[i];
-        if (n && s.first <= w->spans[n - 1].last + 1) {
-            if (s.last > w->spans[n - 1].last) w->spans[n - 1].last = s.last;
+    for (int i = 0; i < c->span_count; i++) {
+        struct span s = c->spans[i];
+        if (n && s.first <= c->spans[n - 1].last + 1) {
+            if (s.last > c->spans[n - 1].last) c->spans[n - 1].last = s.last;
         } else {
-            w->spans[n++] = s;
+            c->spans[n++] = s;
         }
     }
-    w->span_count = n;
+    c->span_count = n;
 }
 
-static void begin_row(struct plan_walk *w)
+// Tiles of the row.
+static uint64_t begin_row(const struct plan_walk *w, struct cursor *c, int row)
 {
-    double height = grid_step_lat(w->zoom) * TILE_SIZE, north = M_PI / 2 - w->row * height;
-    double width = grid_step_lon(w->zoom, w->row) * TILE_SIZE;
-    int cols = grid_cols(w->zoom, w->row);
-    w->span_count = w->at = 0;
+    uint64_t count = 0;
+    c->row = row;
+    c->span_count = 0;
+    if (row >= grid_rows(w->zoom)) return 0;
+    double height = grid_step_lat(w->zoom) * TILE_SIZE, north = M_PI / 2 - row * height;
+    double width = grid_step_lon(w->zoom, row) * TILE_SIZE;
+    c->cols = grid_cols(w->zoom, row);
     for (int i = 0; i < w->region_count; i++) {
         const struct region *r = &w->regions[i];
         if (r->south >= north || r->north <= north - height) continue;
         for (int turn = -2; turn <= 2; turn++) {
             double west = r->west + 2 * M_PI * turn + M_PI, east = r->east + 2 * M_PI * turn + M_PI;
             if (east <= 0 || west >= 2 * M_PI) continue;
-            add_span(w, (int)floor(west / width), (int)ceil(east / width) - 1, cols);
+            add_span(c, (int)floor(west / width), (int)ceil(east / width) - 1);
         }
     }
-    merge_spans(w);
-    if (w->span_count) w->col = w->spans[0].first;
+    merge_spans(c);
+    for (int i = 0; i < c->span_count; i++)
+        count += (uint64_t)(c->spans[i].last - c->spans[i].first + 1);
+    c->at = w->step > 0 ? 0 : c->span_count - 1;
+    if (count) c->col = w->step > 0 ? c->spans[0].first : c->spans[c->at].last;
+    return count;
 }
 
-// Counts the tiles, row by row, and begins at the first row.
+static void begin_block(struct plan_walk *w)
+{
+    w->in_block = 0;
+    for (int i = 0; i < w->height; i++)
+        w->in_block += begin_row(w, &w->cursors[i],
+                                 w->block * w->height + (w->step > 0 ? i : w->height - 1 - i));
+}
+
+static bool is_done(const struct cursor *c)
+{
+    return c->at < 0 || c->at >= c->span_count;
+}
+
+// Does a's tile begin before b's, in the walk's direction?
+static bool is_before(const struct plan_walk *w, const struct cursor *a, const struct cursor *b)
+{
+    if (w->step > 0) return (int64_t)a->col * b->cols < (int64_t)b->col * a->cols;
+    return ((int64_t)a->col + 1) * b->cols > ((int64_t)b->col + 1) * a->cols;
+}
+
+static tile_id take(struct plan_walk *w)
+{
+    struct cursor *c = NULL;
+    for (; !w->in_block; begin_block(w)) w->block += w->step;
+    for (int i = 0; i < w->height; i++) {
+        struct cursor *other = &w->cursors[i];
+        if (!is_done(other) && (!c || is_before(w, other, c))) c = other;
+    }
+    tile_id id = {w->layer, w->zoom, c->row, c->col};
+    const struct span *span = &c->spans[c->at];
+    w->left--;
+    w->in_block--;
+    if (c->col != (w->step > 0 ? span->last : span->first)) {
+        c->col += w->step;
+        return id;
+    }
+    c->at += w->step;
+    if (!is_done(c)) c->col = w->step > 0 ? c->spans[c->at].first : c->spans[c->at].last;
+    return id;
+}
+
+static void skip(struct plan_walk *w, uint64_t count)
+{
+    while (count) {
+        for (; !w->in_block; begin_block(w)) w->block += w->step;
+        if (w->in_block <= count) {
+            count -= w->in_block;
+            w->left -= w->in_block;
+            w->in_block = 0;
+        } else {
+            for (; count; count--) take(w);
+        }
+    }
+}
+
+static void make_room(struct plan_walk *w)
+{
+    for (int i = 0; i < w->height; i++)
+        w->cursors[i].spans = NEW_ARRAY(struct span, (size_t)w->region_count * 5 + 1);
+}
+
+// Counts the tiles, block by block, and stands before the first block.
 static void begin_walk(struct plan_walk *w)
 {
     int first = grid_rows(w->zoom), last = -1;
     for (int i = 0; i < w->region_count; i++) {
-        int north = row_of(w->zoom, w->regions[i].north),
-            south = row_of(w->zoom, w->regions[i].south);
+        int north = row_of(w->zoom, w->regions[i].north);
+        int south = row_of(w->zoom, w->regions[i].south);
         if (north < first) first = north;
         if (south > last) last = south;
     }
-    for (w->row = first; w->row <= last; w->row++) {
-        begin_row(w);
-        for (int i = 0; i < w->span_count; i++)
-            w->left += (uint64_t)(w->spans[i].last - w->spans[i].first + 1);
+    first /= w->height;
+    last = last < 0 ? -1 : last / w->height;
+    for (w->block = first; w->block <= last; w->block++) {
+        begin_block(w);
+        w->left += w->in_block;
     }
-    w->step = w->zoom % 2 ? 1 : -1;
-    w->row = w->step > 0 ? first : last;
-    if (w->left) begin_row(w);
+    w->in_block = 0;
+    w->block = w->step > 0 ? first - 1 : last + 1;
 }
 
 struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
                                   int count, const plan_bounds *bounds, int reach)
 {
     struct plan_walk *w = NEW(struct plan_walk);
+    bool finest = true;
     w->layer = layer;
     w->zoom = zoom;
+    w->step = zoom % 2 ? 1 : -1;
     w->regions = NEW_ARRAY(struct region, (size_t)count * 5 + 1);
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count; i++) {
+        finest = finest && grids[i].zoom <= zoom;
         if (grids[i].zoom >= zoom)
             add_regions(w, &grids[i], bounds,
                         grids[i].zoom > zoom ? reach * grid_step_lat(zoom) : 0);
-    w->spans = NEW_ARRAY(struct span, (size_t)w->region_count * 5 + 1);
+    }
+    w->height = finest || grid_rows(zoom) < BLOCK_ABOVE ? 1 : BLOCK;
+    make_room(w);
     begin_walk(w);
     return w;
-}
-
-// Goes on by up to `most` tiles of one row; how many.
-static uint64_t advance(struct plan_walk *w, uint64_t most)
-{
-    while (w->at >= w->span_count) {
-        w->row += w->step;
-        begin_row(w);
-    }
-    uint64_t run = (uint64_t)(w->spans[w->at].last - w->col + 1);
-    if (run > most) run = most;
-    w->left -= run;
-    w->col += (int)run;
-    if (w->col > w->spans[w->at].last && ++w->at < w->span_count) w->col = w->spans[w->at].first;
-    return run;
 }
 
 bool plan_walk_next(struct plan_walk *w, tile_id *id)
 {
     if (!w->left) return false;
-    advance(w, 0);
-    *id = (tile_id){w->layer, w->zoom, w->row, w->col};
-    advance(w, 1);
+    *id = take(w);
     return true;
 }
 
@@ -183,19 +250,21 @@ struct plan_walk *plan_walk_split(struct plan_walk *w, uint64_t keep)
     assert(keep <= w->left);
     *rest = *w;
     rest->regions = NEW_ARRAY(struct region, (size_t)w->region_count + 1);
-    rest->spans = NEW_ARRAY(struct span, (size_t)w->region_count * 5 + 1);
     memcpy(rest->regions, w->regions, (size_t)w->region_count * sizeof *w->regions);
-    memcpy(rest->spans, w->spans, (size_t)w->span_count * sizeof *w->spans);
+    make_room(rest);
+    for (int i = 0; i < w->height; i++)
+        memcpy(rest->cursors[i].spans, w->cursors[i].spans,
+               (size_t)w->cursors[i].span_count * sizeof *w->cursors[i].spans);
     w->left = keep;
-    while (keep) keep -= advance(rest, keep);
+    skip(rest, keep);
     return rest;
 }
 
 void plan_walk_end(struct plan_walk **walk)
 {
     if (!*walk) return;
+    for (int i = 0; i < (*walk)->height; i++) free((*walk)->cursors[i].spans);
     free((*walk)->regions);
-    free((*walk)->spans);
     free(*walk);
     *walk = NULL;
 }

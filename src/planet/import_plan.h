@@ -17,10 +17,13 @@ bool plan_bounds_are_global(const plan_bounds *b);
 
 struct plan_walk;
 
-// Walks the tiles of one layer and zoom: of odd zooms rows from the north, of even ones from the
-// south, so that a zoom begins where the finer one ended; columns from the west. `grids` is
-// borrowed. reach: also those into which the filter carries what a finer source says, from so many
-// of this zoom's rows away; 0 unless there may be tiles without a source in them.
+// Walks the tiles of one layer and zoom, on odd zooms from the north and west, on even ones from
+// the south and east, so that a zoom begins where the finer one ended. The finest zoom of `grids`
+// goes row by row, as rasters lie in their files. Others of 128 rows or more go by blocks of 8
+// rows, column by column, so that the children that a tile has in common with those before lie in a
+// few columns, not in whole rows. `grids` is borrowed. reach: also those into which the filter
+// carries what a finer source says, from so many of this zoom's rows away; 0 unless there may be
+// tiles without a source in them.
 struct plan_walk *plan_walk_begin(enum tile_layer layer, int zoom, const raster_grid *grids,
                                   int count, const plan_bounds *bounds, int reach);
 bool plan_walk_next(struct plan_walk *walk, tile_id *id);
