@@ -208,16 +208,35 @@ static bool within_limit(const int32_t *counts)
     return bad == 0;
 }
 
+// holes: bytes of them, after the head.
+static bool read_head(const unsigned char *body, size_t size, int *exponent, int *bits,
+                      size_t *holes)
+{
+    if (size < HEAD) return false;
+    *exponent = (signed char)body[4];
+    *bits = body[5];
+    *holes = 0;
+    for (int i = 3; i >= 0; i--) *holes = *holes << 8 | body[8 + i];
+    return *exponent >= GRID_EXPONENT_MIN && *exponent <= GRID_EXPONENT_MAX && *bits >= 1 &&
+           *bits <= 32 && !body[6] && !body[7] && *holes <= size - HEAD;
+}
+
+status grid_holes(const void *data, size_t size, unsigned char *mask)
+{
+    int exponent, bits;
+    size_t holes;
+    if (!read_head(data, size, &exponent, &bits, &holes)) return ERR_FORMAT;
+    if (holes) return holes_decode_mask((const unsigned char *)data + HEAD, holes, mask);
+    memset(mask, 0, SAMPLES / 8);
+    return OK;
+}
+
 status grid_decode(const void *data, size_t size, float *samples)
 {
     const unsigned char *body = data;
-    if (size < HEAD) return ERR_FORMAT;
-    int exponent = (signed char)body[4], bits = body[5];
-    size_t holes = 0;
-    for (int i = 3; i >= 0; i--) holes = holes << 8 | body[8 + i];
-    if (exponent < GRID_EXPONENT_MIN || exponent > GRID_EXPONENT_MAX || bits < 1 || bits > 32 ||
-        body[6] || body[7] || holes > size - HEAD)
-        return ERR_FORMAT;
+    int exponent, bits;
+    size_t holes;
+    if (!read_head(body, size, &exponent, &bits, &holes)) return ERR_FORMAT;
     uint32_t *room = malloc(3 * SAMPLES * sizeof *room);
     if (!room) return ERR_MEMORY;
     int32_t *counts = (int32_t *)(room + SAMPLES);

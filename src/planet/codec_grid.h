@@ -38,6 +38,10 @@ status grid_decode(const void *data, size_t size, float *samples);
 
 // Which samples are not finite: a bit each, compressed (Zstandard). Freed by the caller.
 status holes_encode(const float *samples, codec_blob *out);
+// Which of a body's samples are holes. ERR_FORMAT, not logged. Needs grid_is_body.
+status grid_holes(const void *data, size_t size, unsigned char *mask);
+// The mask of holes as codec_height_gaps has it. ERR_FORMAT, not logged.
+status holes_decode_mask(const void *data, size_t size, unsigned char *mask);
 // Makes the holes NaN. ERR_FORMAT, not logged.
 status holes_decode(const void *data, size_t size, float *samples);
 

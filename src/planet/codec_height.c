@@ -277,6 +277,20 @@ status codec_height_decode(const void *data, size_t size, float *samples)
     return OK;
 }
 
+status codec_height_gaps(const void *data, size_t size, unsigned char *mask)
+{
+    if (size > 0 && size <= MAX_BODY && grid_is_body(data, size))
+        return grid_holes(data, size, mask);
+    float *samples = malloc(SAMPLES * sizeof *samples);
+    if (!samples) return ERR_MEMORY;
+    status s = codec_height_decode(data, size, samples);
+    memset(mask, 0, SAMPLES / 8);
+    for (int i = 0; !s && i < SAMPLES; i++)
+        if (isnan(samples[i])) mask[i / 8] |= (unsigned char)(1u << (i % 8));
+    free(samples);
+    return s;
+}
+
 status codec_height_decode_tile(tile_id id, const void *data, size_t size, codec_parent parent,
                                 void *user, float *samples)
 {

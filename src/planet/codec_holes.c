@@ -25,11 +25,16 @@ status holes_encode(const float *samples, codec_blob *out)
     return OK;
 }
 
+status holes_decode_mask(const void *data, size_t size, unsigned char *mask)
+{
+    size_t got = ZSTD_decompress(mask, MASK, data, size);
+    return ZSTD_isError(got) || got != MASK ? ERR_FORMAT : OK;
+}
+
 status holes_decode(const void *data, size_t size, float *samples)
 {
     unsigned char mask[MASK];
-    size_t got = ZSTD_decompress(mask, MASK, data, size);
-    if (ZSTD_isError(got) || got != MASK) return ERR_FORMAT;
+    if (holes_decode_mask(data, size, mask)) return ERR_FORMAT;
     for (int i = 0; i < SAMPLES; i++)
         if (mask[i / 8] >> (i % 8) & 1) samples[i] = NAN;
     return OK;

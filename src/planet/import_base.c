@@ -105,6 +105,18 @@ status import_base_read(struct import_base *b, tile_id id, float *planes)
     return s;
 }
 
+status import_base_gaps(struct import_base *b, tile_id id, unsigned char *mask)
+{
+    float *heights = malloc(SAMPLES * sizeof *heights);
+    if (!heights) return ERR_MEMORY;
+    status s = planet_file_read_height(b->file, id, heights);
+    memset(mask, 0, SAMPLES / 8);
+    for (int i = 0; !s && i < SAMPLES; i++)
+        if (isnan(heights[i])) mask[i / 8] |= (unsigned char)(1u << (i % 8));
+    free(heights);
+    return s;
+}
+
 // The children that a filter has asked for.
 struct children {
     struct import_base *base;

@@ -30,6 +30,9 @@ double import_base_step(const struct import_base *base, enum tile_layer layer, d
 // The tile as it is stored. ERR_NOT_FOUND, silently; else as planet_file_read_height.
 status import_base_read(struct import_base *base, tile_id id, float *planes);
 
+// Where it has no heights: bit (i % 8) of mask[i / 8]. ERR_NOT_FOUND, silently.
+status import_base_gaps(struct import_base *base, tile_id id, unsigned char *mask);
+
 // The same without what the planet's finer tiles made of it (import_tile.h): NaN where that was
 // all, the stored value where it cannot be told apart. `step`: of the grid of heights, 0: none.
 status import_base_read_alone(struct import_base *base, tile_id id, double step, float *planes);

@@ -233,9 +233,9 @@ static void measure(const struct canvas *c, int feather, const float *square, fl
     }
 }
 
-static float weight_of(float distance, int feather)
+static float weight_of(float distance, float feather)
 {
-    float t = (distance - 0.5f) / (float)feather;
+    float t = (distance - 0.5f) / feather;
     t = t < 0 ? 0 : t > 1 ? 1 : t;
     return t * t * (3 - 2 * t);
 }
@@ -254,7 +254,7 @@ static void read_weights(const struct canvas *c, int own, tile_id id, int feathe
             float s = (float)(u - floor(u));
             float near = d[0] + s * (d[1] - d[0]);
             float far = d[c->cols] + s * (d[c->cols + 1] - d[c->cols]);
-            float w = weight_of(near + t * (far - near), feather);
+            float w = weight_of(near + t * (far - near), (float)feather);
             weights[y * TILE_SIZE + x] = fmaxf(w, BLEND_LEAST_WEIGHT);
         }
     }
@@ -293,9 +293,10 @@ status blend_weights(struct blend *b, int mosaic, int own, tile_id id, blend_rea
     return OK;
 }
 
-status blend_region(struct blend *b, const region *r, blend_read read, void *user,
+status blend_region(struct blend *b, const region *r, float margin, blend_read read, void *user,
                     struct blend_room *room, float *weights)
 {
+    float width = (float)b->feather - margin;
     int reach = columns_of(b->feather);
     struct canvas c = {.layer = r->layer,
                        .zoom = r->zoom,
@@ -310,7 +311,7 @@ status blend_region(struct blend *b, const region *r, blend_read read, void *use
     for (int y = 0; !s && y < r->rows; y++) {
         const float *from = room->distance + (size_t)(y + b->feather) * (size_t)c.cols + reach;
         for (int x = 0; x < r->cols; x++)
-            weights[y * r->cols + x] = any ? weight_of(from[x], b->feather) : 1;
+            weights[y * r->cols + x] = any ? weight_of(from[x] - margin, width) : 1;
     }
     return s;
 }

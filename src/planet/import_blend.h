@@ -41,9 +41,10 @@ status blend_weights(struct blend *blend, int mosaic, int own, tile_id id, blend
                      void *user, struct blend_room *room, float *weights);
 
 // The same at the samples of a rectangle (region.h; its data is not looked at) inside the planet,
-// rows x cols, in [0, 1]: whatever the rectangle, the same to the bit. Columns count as half a row
-// at least, and what lies beyond a pole as data.
-status blend_region(struct blend *blend, const region *r, blend_read read, void *user,
+// rows x cols, in [0, 1], 0 up to `margin` rows from the edge, 1 from the feather's width on:
+// whatever the rectangle, the same to the bit. Columns count as half a row at least, and what lies
+// beyond a pole as data.
+status blend_region(struct blend *blend, const region *r, float margin, blend_read read, void *user,
                     struct blend_room *room, float *weights);
 
 // Columns on either side of a rectangle that it looks at; rows: the feather's.

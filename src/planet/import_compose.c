@@ -155,12 +155,13 @@ static void stack_clear(struct stack *s)
     memset(s->sum, 0, sizeof s->sum);
     memset(s->laid, 0, sizeof s->laid);
     memset(s->own, 0, sizeof s->own);
-    for (int i = 0; i < SAMPLES; i++) s->left[i] = 1;
+    for (int i = 0; i < SAMPLES; i++) s->left[i] = s->through[i] = 1;
 }
 
 // Puts `planes`, where they have data, under what is there; weights NULL: they hide all below.
+// seams: the weights of the borders alone; NULL: the same.
 static void stack_lay(struct stack *s, int channels, const float *planes, const float *weights,
-                      bool own)
+                      const float *seams, bool own)
 {
     for (int i = 0; i < SAMPLES; i++) {
         if (isnan(planes[i]) || !(s->left[i] > 0)) continue;
@@ -170,6 +171,20 @@ static void stack_lay(struct stack *s, int channels, const float *planes, const 
         s->laid[i] += share;
         if (own) s->own[i] += share;
         s->left[i] = take < 1 ? s->left[i] * (1 - take) : 0;
+        s->through[i] *= 1 - (seams ? seams[i] : take);
+    }
+}
+
+// Before heights of coarser sources are laid: holes' edges are blended into sources of the tile's
+// own zoom alone. What coarser tiles show in a hole, the join knows (import_border.h).
+static void stack_close_holes(struct stack *s)
+{
+    for (int i = 0; i < SAMPLES; i++) {
+        float laid = s->laid[i];
+        if (!(laid > 0) || s->own[i] != laid || !(s->left[i] > s->through[i])) continue;
+        s->sum[i] *= (1 - s->through[i]) / laid;
+        s->laid[i] = s->own[i] = 1 - s->through[i];
+        s->left[i] = s->through[i];
     }
 }
 
@@ -238,7 +253,7 @@ static status read_mosaic(struct workshop *w, struct bench *b, const struct mosa
         if (w->blend) s = find_weights(w, b, w->mosaic_count + input, m->zoom, id);
         if (!s) s = read_source(w, b, input, id);
         if (s) return s;
-        stack_lay(&b->mosaic, w->channels, b->source, w->blend ? b->weights : NULL, true);
+        stack_lay(&b->mosaic, w->channels, b->source, w->blend ? b->weights : NULL, NULL, true);
     }
     stack_mean(&b->mosaic, w->channels, b->source);
     return OK;
@@ -256,13 +271,15 @@ static bool is_wanted(const struct workshop *w, const struct bench *b, int at, t
     return false;
 }
 
-// The weights of a mosaic over what lies below it, in b->weights.
+// The weights of a mosaic over what lies below it, in b->weights; of its border alone in b->seams.
 static status find_seam(struct workshop *w, struct bench *b, int at, tile_id id)
 {
     const struct mosaic *m = &w->mosaics[at];
-    for (int i = 0; i < SAMPLES; i++) b->weights[i] = 1;
+    for (int i = 0; i < SAMPLES; i++) b->weights[i] = b->seams[i] = 1;
     status s = w->blend ? find_weights(w, b, at, m->zoom, id) : OK;
-    return !s && m->outline ? outline_lower(m->outline, id, 0, b->weights) : s;
+    if (!s && m->outline) s = outline_lower(m->outline, id, 0, b->seams);
+    for (int i = 0; i < SAMPLES; i++) b->weights[i] = fminf(b->weights[i], b->seams[i]);
+    return s;
 }
 
 static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id)
@@ -281,7 +298,8 @@ static status lay_mosaic(struct workshop *w, struct bench *b, int at, tile_id id
         memcpy(b->source, b->tile, sizeof b->source);
     }
     if (!s)
-        stack_lay(&b->all, w->channels, b->source, below ? b->weights : NULL, m->zoom == id.zoom);
+        stack_lay(&b->all, w->channels, b->source, below ? b->weights : NULL,
+                  below ? b->seams : NULL, m->zoom == id.zoom);
     return s;
 }
 
@@ -320,11 +338,12 @@ static status lay_base(struct workshop *w, struct bench *b, tile_id id)
     struct import_base *base = w->params.base;
     if (!base || !stack_shows(&b->all, false)) return OK;
     status s = read_base(w, b, id);
-    if (!s) stack_lay(&b->all, w->channels, b->source, NULL, true);
+    if (!s) stack_lay(&b->all, w->channels, b->source, NULL, NULL, true);
     if (s && s != ERR_NOT_FOUND) return s;
+    if (id.layer == LAYER_HEIGHT) stack_close_holes(&b->all);
     if (!stack_shows(&b->all, id.layer == LAYER_HEIGHT)) return OK;
     s = import_base_show(base, id, b->source);
-    if (!s) stack_lay(&b->all, w->channels, b->source, NULL, false);
+    if (!s) stack_lay(&b->all, w->channels, b->source, NULL, NULL, false);
     return s;
 }
 
@@ -342,6 +361,7 @@ status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *an
     *any = false;
     stack_clear(&b->all);
     for (int at = w->mosaic_count - 1; at >= 0; at--) {
+        if (id.layer == LAYER_HEIGHT && w->mosaics[at].zoom < id.zoom) stack_close_holes(&b->all);
         if (!is_wanted(w, b, at, id)) continue;
         status s = lay_mosaic(w, b, at, id);
         if (s) return s;
@@ -410,7 +430,7 @@ static status lay_outline(struct workshop *w, struct bench *b, const struct mosa
     if (s) return s;
     fill_outline(w, m, id, b->weights, b->source);
     clip(w, id, b->source);
-    stack_lay(&b->all, 1, b->source, b->weights, true);
+    stack_lay(&b->all, 1, b->source, b->weights, NULL, true);
     return OK;
 }
 
@@ -420,8 +440,22 @@ static status lay_base_own(struct workshop *w, struct bench *b, tile_id id)
     if (!w->params.base || !stack_shows(&b->all, false)) return OK;
     status s = read_base(w, b, id);
     for (int i = 0; !s && i < SAMPLES; i++) b->source[i] = isnan(b->source[i]) ? NAN : 0;
-    if (!s) stack_lay(&b->all, 1, b->source, NULL, true);
+    if (!s) stack_lay(&b->all, 1, b->source, NULL, NULL, true);
     return s == ERR_NOT_FOUND ? OK : s;
+}
+
+// A sample less inside may be none because it lies there by less than half.
+#define INSIDE_SAMPLES 1.5
+
+status compose_outlines(struct workshop *w, struct bench *b, tile_id id)
+{
+    double margin = INSIDE_SAMPLES * grid_step_lat(id.zoom) * w->params.ellipsoid.a;
+    status s = OK;
+    stack_clear(&b->all);
+    for (int at = w->mosaic_count - 1; at >= 0 && !s; at--)
+        if (w->mosaics[at].zoom >= id.zoom && touches(w, &w->mosaics[at], id))
+            s = lay_outline(w, b, &w->mosaics[at], id, margin);
+    return s;
 }
 
 // The shares that what is not coarser than the tile has within the margin.
@@ -445,13 +479,11 @@ static status lay_base_below(struct workshop *w, struct bench *b, tile_id id)
     status s = lay_base_own(w, b, id);
     if (s || !w->params.base || !stack_shows(&b->all, true)) return s;
     s = import_base_show(w->params.base, id, b->source);
-    if (!s) stack_lay(&b->all, 1, b->source, NULL, false);
+    if (!s) stack_lay(&b->all, 1, b->source, NULL, NULL, false);
     return s;
 }
 
-// The finest zoom before the tile's own that a source or the planet that is added to has there; -1:
-// none.
-static int zoom_below(const struct workshop *w, tile_id id)
+int compose_zoom_below(const struct workshop *w, tile_id id)
 {
     int zoom = -1;
     for (int at = 0; at < w->mosaic_count; at++) {
@@ -465,16 +497,15 @@ static int zoom_below(const struct workshop *w, tile_id id)
     return zoom;
 }
 
-status compose_below(struct workshop *w, struct bench *b, tile_id id, float *kept, int *zoom)
+status compose_below(struct workshop *w, struct bench *b, tile_id id, float *kept)
 {
-    *zoom = zoom_below(w, id);
-    status s = *zoom < 0 ? OK : find_kept(w, b, id, kept);
+    status s = find_kept(w, b, id, kept);
     stack_clear(&b->all);
-    for (int at = w->mosaic_count - 1; at >= 0 && *zoom >= 0 && !s; at--) {
+    for (int at = w->mosaic_count - 1; at >= 0 && !s; at--) {
         const struct mosaic *m = &w->mosaics[at];
         if (!touches(w, m, id)) continue;
         if (m->zoom >= id.zoom) s = lay_outline(w, b, m, id, 0);
         else if (stack_shows(&b->all, true)) s = lay_mosaic(w, b, at, id);
     }
-    return s || *zoom < 0 ? s : lay_base_below(w, b, id);
+    return s ? s : lay_base_below(w, b, id);
 }

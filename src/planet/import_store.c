@@ -326,6 +326,22 @@ static status put_bounded(const struct heads *h, int from, double max_error,
     return bounder_keep(bounder, &row);
 }
 
+// A border_gaps, of the tile as the join will find it.
+static status find_gaps(void *user, tile_id id, unsigned char *mask)
+{
+    const struct heads *h = user;
+    for (int i = 0; i < h->count - (h->base != NULL); i++) {
+        codec_blob body;
+        float min, max;
+        status s = planet_part_get(h->parts[i], id, &body, &min, &max);
+        if (s == ERR_NOT_FOUND) continue;
+        if (!s) s = codec_height_gaps(body.data, body.size, mask);
+        codec_blob_deinit(&body);
+        return s;
+    }
+    return h->base ? import_base_gaps(h->base, id, mask) : ERR_NOT_FOUND;
+}
+
 struct joining {
     const import_join *join;
     struct heads heads;
@@ -334,7 +350,7 @@ struct joining {
     int zoom;                // of the heights before
 };
 
-// The next tile of heights, mended where a border of finer data runs through it.
+// The next tile of heights, mended where borders and holes of finer data are in it.
 static status put_height(struct joining *j, int from)
 {
     struct heads *h = &j->heads;
@@ -344,7 +360,7 @@ static status put_height(struct joining *j, int from)
     status s = OK;
     if (j->bounder && row->id.zoom != j->zoom) s = bounder_flush(j->bounder);
     j->zoom = row->id.zoom;
-    if (!s && made && j->join->border && border_meets(j->join->border, row->id))
+    if (!s && made && j->join->border)
         s = border_mend(j->join->border, j->writer, max_error, row, &mended);
     if (!s && j->bounder) s = put_bounded(h, from, max_error, j->bounder);
     else if (!s)
@@ -384,6 +400,7 @@ status import_store_join(struct import_store *store, import_join *join)
     double max_error = join->meta->max_error;
     status s = each_part(store->part, add_head, h);
     if (!s && store->planet) s = add_head(h, import_base_path(store->planet));
+    if (join->border) border_reads(join->border, find_gaps, h);
     if (!s) s = planet_writer_open_bulk(join->path, store->fingerprint, &j.writer);
     if (!s && max_error > 0) j.bounder = bounder_create(j.writer, max_error, join->threads);
     if (!s) s = join_rows(&j, &join->tiles);

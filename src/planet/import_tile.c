@@ -212,12 +212,41 @@ bool workshop_has_border(const struct workshop *w, tile_id id)
     return compose_has_border(w, id);
 }
 
-status workshop_below(struct workshop *w, int worker, tile_id id, float *shares, float *heights,
-                      float *keep, int *zoom)
+int workshop_zoom_below(const struct workshop *w, tile_id id)
+{
+    return compose_zoom_below(w, id);
+}
+
+int workshop_feather(const struct workshop *w)
+{
+    return w->params.feather;
+}
+
+int workshop_finest(const struct workshop *w)
+{
+    int finest = 0;
+    for (int i = 0; i < w->mosaic_count; i++)
+        if (w->mosaics[i].zoom > finest) finest = w->mosaics[i].zoom;
+    return finest;
+}
+
+status workshop_inside(struct workshop *w, int worker, tile_id id, unsigned char *mask)
 {
     struct bench *b = &w->benches[worker];
-    status s = compose_below(w, b, id, keep, zoom);
-    if (s || *zoom < 0) return s;
+    status s = compose_outlines(w, b, id);
+    memset(mask, 0, SAMPLES / 8);
+    for (int i = 0; !s && i < SAMPLES; i++)
+        if (b->all.own[i] > 1.01f * BLEND_LEAST_WEIGHT)
+            mask[i / 8] |= (unsigned char)(1u << (i % 8));
+    return s;
+}
+
+status workshop_below(struct workshop *w, int worker, tile_id id, float *shares, float *heights,
+                      float *keep)
+{
+    struct bench *b = &w->benches[worker];
+    status s = compose_below(w, b, id, keep);
+    if (s) return s;
     for (int i = 0; i < SAMPLES; i++) {
         float own = b->all.own[i], below = b->all.laid[i] - own;
         shares[i] = below > 0 ? below / b->all.laid[i] : 0;

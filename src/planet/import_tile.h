@@ -3,7 +3,9 @@
 //
 // Sources are ordered by priority, then zoom, then as given; those of one priority and zoom are one
 // mosaic. A mosaic's edges are blended into what lies below over the feather's width
-// (import_blend.h), an input's into the other inputs of its mosaic where they overlap.
+// (import_blend.h), an input's into the other inputs of its mosaic where they overlap; edges of
+// holes in heights only into sources of the same zoom, as the join knows the rest
+// (import_border.h).
 //
 // Heights: a tile holds the filtered children where they are, elsewhere the sources of exactly this
 // zoom; coarser sources come in at their own zoom, so what they alone cover is NaN here, and a
@@ -51,12 +53,23 @@ status workshop_make(struct workshop *workshop, int worker, tile_id id, made_til
 // data below? Cheap; a few tiles beside a border count too.
 bool workshop_has_border(const struct workshop *workshop, tile_id id);
 
-// What coarser sources have given to such a tile: of each sample the share, 0 where there is none,
-// and their height. keep: the part of the rest that may stay; 0 where a tile of the next zoom,
-// beyond the border, would be made of it. *zoom: the finest before the tile's with data there, -1:
-// there is none, and nothing else is filled in.
+// The finest zoom before the tile's that has data there; -1: none. Cheap.
+int workshop_zoom_below(const struct workshop *workshop, tile_id id);
+
+// Where the tile lies well inside the outlines of sources of its zoom or finer ones: bit (i % 8) of
+// mask[i / 8].
+status workshop_inside(struct workshop *workshop, int worker, tile_id id, unsigned char *mask);
+
+// What coarser sources have given to a tile with some below it: of each sample the share, 0 where
+// there is none, and their height. keep: the part of the rest that may stay; 0 where a tile of the
+// next zoom, beyond the border, would be made of it.
 status workshop_below(struct workshop *workshop, int worker, tile_id id, float *shares,
-                      float *heights, float *keep, int *zoom);
+                      float *heights, float *keep);
+
+// Width of blended edges in rows; 0: none.
+int workshop_feather(const struct workshop *workshop);
+// Of the finest of the sources.
+int workshop_finest(const struct workshop *workshop);
 
 // What the sources alone give to a tile, whatever is finer; NaN where there is nothing.
 status workshop_look(struct workshop *workshop, int worker, tile_id id, float *planes, bool *any);

@@ -26,9 +26,10 @@ struct mosaic {
 };
 
 // A picture under construction from the top down: sum of weight times value, the sum of the
-// weights, of them those of sources of the tile's own zoom, and what is left for what lies below.
+// weights, of them those of sources of the tile's own zoom, what is left for what lies below, and
+// what borders alone would leave.
 struct stack {
-    float sum[MAX_CHANNELS * SAMPLES], laid[SAMPLES], own[SAMPLES], left[SAMPLES];
+    float sum[MAX_CHANNELS * SAMPLES], laid[SAMPLES], own[SAMPLES], left[SAMPLES], through[SAMPLES];
 };
 
 struct bench {
@@ -45,9 +46,10 @@ struct bench {
     status failed;
     struct import_cache *cache;
     struct stack all, mosaic;
-    // Planes of the tile, of one source, the coverage by children and the weights of the feather.
+    // Planes of the tile, of one source, the coverage by children, the weights of the feather, and
+    // of the border alone.
     float tile[MAX_CHANNELS * SAMPLES], source[MAX_CHANNELS * SAMPLES], coverage[SAMPLES],
-        weights[SAMPLES];
+        weights[SAMPLES], seams[SAMPLES];
     unsigned char pixels[MAX_CHANNELS * SAMPLES];
 };
 
@@ -70,9 +72,12 @@ void compose_plan_deinit(struct workshop *w);
 // *any: a source of this zoom has data here.
 status compose_sources(struct workshop *w, struct bench *b, tile_id id, bool *any);
 
-// See workshop_has_border. What workshop_below says, as the stack b->all: what sources of the
+// See workshop_has_border, workshop_zoom_below. What workshop_inside says: where b->all has
+// more than the least weight. What workshop_below says, as the stack b->all: what sources of the
 // tile's zoom or finer have is laid as the tile's own, of height 0; and the share that these keep.
 bool compose_has_border(const struct workshop *w, tile_id id);
-status compose_below(struct workshop *w, struct bench *b, tile_id id, float *kept, int *zoom);
+int compose_zoom_below(const struct workshop *w, tile_id id);
+status compose_outlines(struct workshop *w, struct bench *b, tile_id id);
+status compose_below(struct workshop *w, struct bench *b, tile_id id, float *kept);
 
 #endif

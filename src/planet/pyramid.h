@@ -16,7 +16,8 @@
 struct pyramid;
 
 typedef struct pyramid_params {
-    size_t cache_bytes;       // bound of all tiles held, at least 16 MiB; 0: 256 MiB
+    size_t cache_bytes;       // bound of all tiles held, at least 16 MiB; 0: 256 MiB; besides, of a
+                              // source with synthesis up to 4 MiB say where its tiles have gaps
     enum synthesis synthesis; // detail below the data
     bool flat;                // the body is the map as a plane
 } pyramid_params;

@@ -76,7 +76,7 @@ static status read_gaps(void *user, int none, tile_id id, unsigned char *mask)
 status pyramid_fade(struct making *m, const region *r, float *share)
 {
     struct blend_room room = {0};
-    status s = blend_region(m->pyramid->edges, r, read_gaps, m, &room, share);
+    status s = blend_region(m->pyramid->edges, r, 0, read_gaps, m, &room, share);
     blend_room_deinit(&room);
     return s;
 }
