@@ -144,7 +144,9 @@ static status make_layer(struct import *im, enum tile_layer layer)
         crew_begin(im->crew, stages[layer], tiles, workshop);
         s = make_zooms(im, &l, tiles);
         workshop_destroy(&workshop);
-        import_cache_destroy(&cache);
+        // Only once so many bytes: not beside another layer's.
+        if (layer == LAYER_HEIGHT && l.count == im->count) im->kept = cache;
+        else import_cache_destroy(&cache);
         im->samples += (crew_count(im->crew).made - before) * TILE_SIZE * TILE_SIZE;
     }
     layer_deinit(&l);
@@ -324,6 +326,7 @@ static status join(struct import *im, const char *joining)
     import_join j = {.path = joining,
                      .meta = &meta,
                      .border = workshop ? border_create(workshop) : NULL,
+                     .kept = im->kept,
                      .threads = im->params->threads * (team ? team->here : 1),
                      .progress = report_join,
                      .user = im};
@@ -380,6 +383,7 @@ static status write_planet(struct import *im, const char *made_from)
         if (!s && is_first(im)) s = join(im, joining);
         s = agree(im, s);
         if (!s) write_report(im);
+        import_cache_destroy(&im->kept);
         crew_destroy(&im->crew);
     }
     import_store_close(&im->store);

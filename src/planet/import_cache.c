@@ -186,6 +186,33 @@ void import_cache_release(struct import_cache *c, const cached_tile *tile)
     pthread_mutex_unlock(&c->lock);
 }
 
+bool import_cache_copy(struct import_cache *c, tile_id id, float *heights)
+{
+    pthread_mutex_lock(&c->lock);
+    struct entry *e = find(c, id);
+    bool there = e && !e->loading && e->tile.planes;
+    if (there) e->users++;
+    pthread_mutex_unlock(&c->lock);
+    if (!there) return false;
+    memcpy(heights, e->tile.planes, SAMPLES * sizeof *heights);
+    import_cache_release(c, &e->tile);
+    return true;
+}
+
+void import_cache_drop(struct import_cache *c, tile_id id)
+{
+    pthread_mutex_lock(&c->lock);
+    struct entry **p = bucket_of(c, id);
+    while (*p && !tile_id_equal((*p)->tile.id, id)) p = &(*p)->next;
+    struct entry *e = *p;
+    if (e) {
+        *p = e->next;
+        c->bytes -= e->bytes;
+        free_entry(e);
+    }
+    pthread_mutex_unlock(&c->lock);
+}
+
 void import_cache_add(struct import_cache *c, tile_id id, const float *heights, float min,
                       float max)
 {

@@ -27,6 +27,11 @@ void import_cache_destroy(struct import_cache **cache);
 status import_cache_acquire(struct import_cache *cache, tile_id id, const cached_tile **out);
 void import_cache_release(struct import_cache *cache, const cached_tile *tile);
 
+// The heights of a tile that is there; false when it is not.
+bool import_cache_copy(struct import_cache *cache, tile_id id, float *heights);
+// The tile, which nobody holds, is another from now on.
+void import_cache_drop(struct import_cache *cache, tile_id id);
+
 // Keeps a tile of heights that is about to be stored, as it will be decoded.
 void import_cache_add(struct import_cache *cache, tile_id id, const float *heights, float min,
                       float max);

@@ -13,6 +13,7 @@
 #include "planet/codec_bounded.h"
 #include "planet/import_border.h"
 #include "planet/import_bounded.h"
+#include "planet/import_cache.h"
 #include "planet/synthesis.h"
 
 // Invariant: `lock` guards the writer and every part.
@@ -366,6 +367,7 @@ static status put_height(struct joining *j, int from)
     else if (!s)
         s = planet_writer_put_hashed(j->writer, row->id, &row->body, row->hash, row->min, row->max);
     if (mended) codec_blob_deinit(&row->body);
+    if (mended && j->join->kept) import_cache_drop(j->join->kept, row->id);
     *row = was;
     return s;
 }
@@ -393,6 +395,11 @@ static status join_rows(struct joining *j, uint64_t *tiles)
     return s;
 }
 
+static bool copy_kept(void *cache, tile_id id, float *heights)
+{
+    return import_cache_copy(cache, id, heights);
+}
+
 status import_store_join(struct import_store *store, import_join *join)
 {
     struct joining j = {.join = join, .heads = {.base = store->planet}};
@@ -407,6 +414,7 @@ status import_store_join(struct import_store *store, import_join *join)
     bounder_destroy(&j.bounder);
     if (!s)
         s = planet_measure_gain(j.writer, join->meta->ellipsoid.a, join->threads,
+                                join->kept && max_error == 0 ? copy_kept : NULL, join->kept,
                                 &join->meta->synthesis_gain);
     if (!s) s = planet_writer_finish(j.writer, join->meta);
     planet_writer_close(&j.writer);

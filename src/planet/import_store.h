@@ -9,6 +9,7 @@
 #include "planet/planet_writer.h"
 
 struct border;
+struct import_cache;
 struct import_store;
 
 typedef struct import_store_params {
@@ -44,10 +45,11 @@ status import_store_commit(struct import_store *store);
 status import_store_base_height(void *store, tile_id id, float *heights);
 
 typedef struct import_join {
-    const char *path;         // of the finished planet
-    struct planet_meta *meta; // what the tiles say is filled in
-    struct border *border;    // mends heights of the parts (import_border.h); NULL: none
-    int threads;              // 0: one for each processor
+    const char *path;          // of the finished planet
+    struct planet_meta *meta;  // what the tiles say is filled in
+    struct border *border;     // mends heights of the parts (import_border.h); NULL: none
+    struct import_cache *kept; // heights that need not be decoded; NULL: none
+    int threads;               // 0: one for each processor
     bool (*progress)(void *user, double done);
     void *user;
     uint64_t tiles; // out: how many there are

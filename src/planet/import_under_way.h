@@ -15,6 +15,7 @@ struct import {
     geo_ellipsoid ellipsoid;
     struct import_base *base; // the planet that is added to; NULL: none
     struct import_store *store;
+    struct import_cache *kept; // heights made, for the join
     struct crew *crew;
     double began_s;
     uint64_t tiles, samples;

@@ -95,7 +95,10 @@ void synthesis_temper(const region *r, double radius, float *relief);
 // beyond their upsampled parents, over the rms of the parents' tempered relief, within the range
 // above; 0 where there is nothing to measure. Reads at most 64 tiles a zoom and their parents.
 // radius: of the body, metres. threads: that read tiles, 0: one for each processor; *gain does not
-// depend on them.
-status planet_measure_gain(struct planet_writer *writer, double radius, int threads, double *gain);
+// depend on them. kept: by a worker, gives the heights of a tile as they are stored, so that it is
+// not decoded, or false; NULL: there are none.
+status planet_measure_gain(struct planet_writer *writer, double radius, int threads,
+                           bool (*kept)(void *user, tile_id id, float *heights), void *user,
+                           double *gain);
 
 #endif

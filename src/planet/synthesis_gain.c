@@ -11,9 +11,15 @@
 
 enum { TILES_A_ZOOM = 64, BATCH = 16, SAMPLES = TILE_SIZE * TILE_SIZE };
 
+struct tile_source {
+    bounded_source file;
+    bool (*kept)(void *user, tile_id id, float *heights);
+    void *user;
+};
+
 // A tile and its parent, as workers read them.
 struct pair {
-    const bounded_source *source;
+    const struct tile_source *source;
     tile_id id;
     float *child, *parent;
     status result; // ERR_NOT_FOUND: there is no parent
@@ -63,13 +69,19 @@ static void measure_pair(struct measure *m, const struct pair *p)
     }
 }
 
+static status read_tile(const struct tile_source *source, tile_id id, float *heights)
+{
+    if (source->kept && source->kept(source->user, id, heights)) return OK;
+    return bounded_read(&source->file, id, heights);
+}
+
 static void read_pair(void *arg, int worker)
 {
     (void)worker;
     struct pair *p = arg;
-    p->result = bounded_read(p->source, tile_parent(p->id), p->parent);
+    p->result = read_tile(p->source, tile_parent(p->id), p->parent);
     if (p->result) return;
-    status s = bounded_read(p->source, p->id, p->child);
+    status s = read_tile(p->source, p->id, p->child);
     p->result = s == ERR_NOT_FOUND ? ERR_FORMAT : s;
 }
 
@@ -106,11 +118,13 @@ static status measure_tiles(struct measure *m, const tile_id *ids, int count)
     return s;
 }
 
-status planet_measure_gain(struct planet_writer *writer, double radius, int threads, double *gain)
+status planet_measure_gain(struct planet_writer *writer, double radius, int threads,
+                           bool (*kept)(void *user, tile_id id, float *heights), void *user,
+                           double *gain)
 {
     *gain = 0.0;
     pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-    bounded_source source = {writer, &lock};
+    struct tile_source source = {{writer, &lock}, kept, user};
     struct measure m = {.radius = radius,
                         .pool = pool_create(threads, BATCH),
                         .around = NEW_ARRAY(float, SAMPLES * 2),

@@ -206,18 +206,18 @@ static void the_gain_is_measured(void **state)
         fixture_init(&f, "synthesis-gain");
         residual_share = cases[i].residual;
         assert_int_equal(planet_writer_open(f.path, "gain", false, &w), OK);
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, NULL, NULL, &gain), OK);
         assert_true(gain == 0.0); // nothing to measure
         fixture_put_heights(w, 0, sloping_height, NULL);
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, NULL, NULL, &gain), OK);
         assert_true(gain == 0.0); // one zoom
         fixture_put_heights(w, 1, sloping_height, NULL);
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &gain), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, NULL, NULL, &gain), OK);
         check_near(gain, cases[i].gain, cases[i].tolerance);
         fixture_put_heights(w, 2, sloping_height, NULL); // more than workers read at once
         double alone, together;
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, &alone), OK);
-        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 3, &together), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 1, NULL, NULL, &alone), OK);
+        assert_int_equal(planet_measure_gain(w, GEO_WGS84.a, 3, NULL, NULL, &together), OK);
         assert_true(alone == together);
         planet_writer_close(&w);
         fixture_deinit(&f);

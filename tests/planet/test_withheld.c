@@ -34,7 +34,8 @@ static void copy_without_finest(const char *from, const char *to)
                 assert_int_equal(planet_writer_put(w, id, &body, min, max), OK);
                 codec_blob_deinit(&body);
             }
-    assert_int_equal(planet_measure_gain(w, meta.ellipsoid.a, 1, &meta.synthesis_gain), OK);
+    assert_int_equal(planet_measure_gain(w, meta.ellipsoid.a, 1, NULL, NULL, &meta.synthesis_gain),
+                     OK);
     print_message("gain %.3f\n", meta.synthesis_gain);
     assert_int_equal(planet_writer_finish(w, &meta), OK);
     planet_writer_close(&w);
