@@ -151,6 +151,37 @@ static void handle_close(struct handle **handle)
     *handle = NULL;
 }
 
+// Reference system of the raster; longitude and latitude when it has none and its corners could be
+// such. Released by the caller; NULL: not to be placed.
+static OGRSpatialReferenceH reference_of(GDALDatasetH d)
+{
+    double g[6];
+    OGRSpatialReferenceH own = GDALGetSpatialRef(d);
+    if (!own) own = GDALGetGCPSpatialRef(d);
+    bool placed = GDALGetGeoTransform(d, g) == CE_None;
+    if (!placed && !GDALGetGCPCount(d)) return NULL;
+    OGRSpatialReferenceH srs = own ? OSRClone(own) : NULL;
+    if (!srs && placed) {
+        double east = g[0] + g[1] * GDALGetRasterXSize(d),
+               south = g[3] + g[5] * GDALGetRasterYSize(d);
+        if (g[0] < -361 || east > 361 || g[3] > 90.5 || south < -90.5) return NULL;
+        srs = OSRNewSpatialReference(NULL);
+        OSRSetWellKnownGeogCS(srs, "WGS84");
+    }
+    if (srs) OSRSetAxisMappingStrategy(srs, OAMS_TRADITIONAL_GIS_ORDER);
+    return srs;
+}
+
+// Bands without a reference system are given theirs; false when it is not known.
+static bool give_reference(struct handle *h)
+{
+    OGRSpatialReferenceH srs = reference_of(h->raw);
+    if (srs && !GDALGetSpatialRef(h->bands) && !GDALGetGCPSpatialRef(h->bands))
+        GDALSetSpatialRef(h->bands, srs);
+    OSRDestroySpatialReference(srs);
+    return srs != NULL;
+}
+
 static void lay_on(struct handle *h, const char *path, const struct plane_map *map)
 {
     GDALDatasetH flat = plane_map_place(map, path, h->bands);
@@ -166,7 +197,7 @@ static struct handle *handle_open(const char *path, const struct plane_map *map,
     if (h->raw && GDALGetRasterCount(h->raw) > 0) {
         if (*layer == LAYER_COUNT) *layer = layer_by_bands(h->raw);
         h->bands = *layer == LAYER_HEIGHT ? height_bands(h->raw) : color_bands(h->raw);
-        if (map && h->bands) lay_on(h, path, map);
+        if (h->bands && give_reference(h) && map) lay_on(h, path, map);
     }
     if (h->bands) h->closed = circle_close(h->bands);
     else handle_close(&h);
@@ -193,27 +224,6 @@ static void checkin(struct source_raster *r, struct handle *h)
 static bool is_earth(double semi_major)
 {
     return semi_major > 6.3e6 && semi_major < 6.5e6;
-}
-
-// Reference system of the raster; longitude and latitude when it has none and its corners could be
-// such. Released by the caller; NULL: not to be placed.
-static OGRSpatialReferenceH reference_of(GDALDatasetH d)
-{
-    double g[6];
-    OGRSpatialReferenceH own = GDALGetSpatialRef(d);
-    if (!own) own = GDALGetGCPSpatialRef(d);
-    bool placed = GDALGetGeoTransform(d, g) == CE_None;
-    if (!placed && !GDALGetGCPCount(d)) return NULL;
-    OGRSpatialReferenceH srs = own ? OSRClone(own) : NULL;
-    if (!srs && placed) {
-        double east = g[0] + g[1] * GDALGetRasterXSize(d),
-               south = g[3] + g[5] * GDALGetRasterYSize(d);
-        if (g[0] < -361 || east > 361 || g[3] > 90.5 || south < -90.5) return NULL;
-        srs = OSRNewSpatialReference(NULL);
-        OSRSetWellKnownGeogCS(srs, "WGS84");
-    }
-    if (srs) OSRSetAxisMappingStrategy(srs, OAMS_TRADITIONAL_GIS_ORDER);
-    return srs;
 }
 
 // Longitude and latitude of the planet, as text; and its ellipsoid.
@@ -315,8 +325,6 @@ static GDALDatasetH make_target(const struct source_raster *r, const double g[6]
 static bool warp(GDALDatasetH from, GDALDatasetH target, const char *how)
 {
     char **args = add(add(NULL, "-r", how), "-ovr", "AUTO");
-    if (!GDALGetSpatialRef(from) && !GDALGetGCPSpatialRef(from))
-        args = add(args, "-s_srs", "EPSG:4326");
     GDALWarpAppOptions *options = GDALWarpAppOptionsNew(args, NULL);
     CSLDestroy(args);
     int failed = 0;

@@ -5,9 +5,10 @@
 // reach as far to both sides (odd); the map's axes exchanged, feet for metres (places); a layer not
 // warped (layers); gaps taken for final (metres: corners); the border's samples not carried on
 // (metres); a world not turned before it is closed (352 m, the world over a pole); gaps of imagery
-// filled, or imagery not laid on the map (colour).
+// filled, imagery not laid on the map, or that without a system taken for metres (colour).
 #include "check.h"
 
+#include <cpl_conv.h>
 #include <dirent.h>
 #include <gdal.h>
 #include <gdalwarper.h>
@@ -206,6 +207,7 @@ static void test_layers(void **state)
     GDALClose(warped);
     GDALClose(d);
     OSRDestroySpatialReference(other);
+    CPLFree(wkt);
     struct laid over = lay("utm.tif", "zone33.tif");
     double worst = 0;
     for (int i = -5; i <= 5; i++)
@@ -275,8 +277,8 @@ static unsigned char colour_of(int channel, double lat_deg, double lon_deg)
 // Stretches degrees so that a small raster has all colours.
 static double stretch = 1;
 
-static void write_colours(const char *path, double west, double north, double step, int columns,
-                          int rows)
+static void write_colours(const char *path, const char *system, double west, double north,
+                          double step, int columns, int rows)
 {
     unsigned char *rgb = malloc((size_t)(columns * rows) * 3);
     assert_non_null(rgb);
@@ -288,8 +290,7 @@ static void write_colours(const char *path, double west, double north, double st
         GDALCreate(GDALGetDriverByName("GTiff"), path, columns, rows, 3, GDT_Byte, NULL);
     OGRSpatialReferenceH srs = OSRNewSpatialReference(NULL);
     assert_non_null(d);
-    OSRSetWellKnownGeogCS(srs, "WGS84");
-    GDALSetSpatialRef(d, srs);
+    if (system && OSRSetFromUserInput(srs, system) == OGRERR_NONE) GDALSetSpatialRef(d, srs);
     OSRDestroySpatialReference(srs);
     GDALSetGeoTransform(d, (double[6]){west, step, 0, north, 0, -step});
     assert_int_equal(GDALDatasetRasterIO(d, GF_Write, 0, 0, columns, rows, rgb, columns, rows,
@@ -351,7 +352,7 @@ static void test_colour_over_heights(void **state)
         {-3000, 1500}, {-1000, -2000}, {0, 0}, {1700, 2200}, {3100, -900}};
     write_raster("utm.tif", "EPSG:32632", 500000 - 4500, 4982950.4 + 3030, 30);
     stretch = 1000;
-    write_colours("imagery.tif", 9 - 0.05, 45 + 0.021, 0.0005, 200, 84);
+    write_colours("imagery.tif", "EPSG:4326", 9 - 0.05, 45 + 0.021, 0.0005, 200, 84);
     struct laid l = lay("utm.tif", "imagery.tif");
     double off = colours_off(&l, 32632, 500000, 4982950.4, inside, 5);
     print_message("colours over UTM: %.0f of 255 off\n", off);
@@ -376,7 +377,8 @@ static void test_colour_over_a_pole(void **state)
         at[i][1] = r * cos(lon);
     }
     for (int west = -180; west <= 0; west += 180) {
-        write_colours("imagery.tif", west, 90, 1, 360, 180);
+        // Without a word about its system, degrees are taken for what they are.
+        write_colours("imagery.tif", west ? "EPSG:4326" : NULL, west, 90, 1, 360, 180);
         struct laid l = lay("pole.tif", "imagery.tif");
         double off = colours_off(&l, 3031, 0, 0, at, 24);
         print_message("colours over a pole: %.0f of 255 off\n", off);

@@ -215,13 +215,12 @@ static void test_gaps(void **state)
     source_close(&source);
 }
 
-static const unsigned char west_colour[4] = {200, 100, 50, 255},
-                           east_colour[4] = {20, 60, 180, 128};
+static const unsigned char colours[2][4] = {{200, 100, 50, 255}, {20, 60, 180, 128}};
 
 static double two_colours(int band, double lon, double lat)
 {
     (void)lat;
-    return (lon > 20 ? east_colour : west_colour)[band - 1];
+    return colours[lon > 20][band - 1];
 }
 
 static double two_greys(int band, double lon, double lat)
@@ -292,13 +291,13 @@ static void test_colour(void **state)
     for (int i = 0; i < 5; i++) {
         bool is_grey = i == 4;
         unsigned char east[4];
-        memcpy(east, is_grey ? light : east_colour, 4);
+        memcpy(east, is_grey ? light : colours[1], 4);
         if (i != 3) east[3] = 255;
         // By its bands: no name of a layer is needed.
         struct source *source = open_raster(names[i], LAYER_COUNT);
         assert_int_equal(source->meta.max_zoom[LAYER_HEIGHT], -1);
         print_message("%s\n", names[i]);
-        check_pixel(source, 45, 13, is_grey ? dark : west_colour, 1);
+        check_pixel(source, 45, 13, is_grey ? dark : colours[0], 1);
         check_pixel(source, 45, 27, east, 1);
         check_pixel(source, 45, 8, none, 1);
         check_pixel(source, 45, -100, none, 1);
