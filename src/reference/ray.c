@@ -81,17 +81,28 @@ static field_box box_below(const struct caster *c, const struct knot *a, const s
     return box;
 }
 
+// Does the patch hold the box, but for the room about it? A ray along a border of patches has no
+// other: its own surface goes on beyond the border, and in that room parts from the next one's by
+// less than HEIGHT_ROOM_M.
+static bool holds(const struct caster *c, const field_box *box)
+{
+    const field_box *p = &c->patch.box;
+    const field_box wide = {p->south - 2 * ANGLE_ROOM, p->north + 2 * ANGLE_ROOM,
+                            p->west - 2 * ANGLE_ROOM, p->east + 2 * ANGLE_ROOM};
+    return c->has_patch && field_box_holds(&wide, box);
+}
+
 // Does one patch hold the box? Then it is in c->patch.
 static bool find_patch(struct caster *c, const field_box *box, const struct knot *a,
                        const struct knot *b)
 {
-    if (c->has_patch && field_box_holds(&c->patch.box, box)) return true;
+    if (holds(c, box)) return true;
     double step = grid_step_lat(field_zoom(c->reader->field)) / RAD;
     if (box->north - box->south > step) return false;
     c->patch = field_patch_at(c->reader, 0.5 * (a->lat + b->lat), 0.5 * (a->lon + b->lon));
     c->bounds = patch_bound(&c->patch);
     c->has_patch = true;
-    return field_box_holds(&c->patch.box, box);
+    return holds(c, box);
 }
 
 // Bound of the second derivative of height above ground along a piece within the patch, 1/m.
@@ -117,8 +128,7 @@ static double curvature_bound(const struct caster *c, const struct knot *a, cons
 static double ground_at(const struct caster *c, const struct knot *k)
 {
     const field_box point = {k->lat, k->lat, k->lon, k->lon};
-    if (c->has_patch && field_box_holds(&c->patch.box, &point))
-        return patch_height(&c->patch, k->lat, k->lon);
+    if (holds(c, &point)) return patch_height(&c->patch, k->lat, k->lon);
     return field_height(c->reader, k->lat, k->lon);
 }
 
