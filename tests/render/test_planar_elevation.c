@@ -7,7 +7,7 @@
 #include "render/planar_parts.h"
 #include "render/view.h"
 
-enum { N = 255, T = N + 1, LEVELS = 22 };
+enum { N = 255, T = N + 1, LEVELS = 24 };
 
 struct maps {
     struct levels_block block;
