@@ -7,7 +7,7 @@
 
 #include "base/status.h"
 
-enum { FIRST_LEVEL = 1, LAST_LEVEL = 22, MAX_COLATITUDES = 40, DISTANCE_BINS = 5 };
+enum { FIRST_LEVEL = 1, LAST_LEVEL = 23, MAX_COLATITUDES = 40, DISTANCE_BINS = 5 };
 
 enum transform { STABLE, EXACT, APPROX, BLEND, TRANSFORMS };
 enum device { CPU, GPU, DEVICES };
