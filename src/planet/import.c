@@ -21,7 +21,7 @@
 
 // Raise when the same sources and settings give other tiles, so that an import begun before is not
 // gone on with.
-enum { IMPORT_VERSION = 5, KEPT_BYTES = 512 << 20 };
+enum { IMPORT_VERSION = 6, KEPT_BYTES = 512 << 20 };
 
 // So many tiles take less time than it takes the processes to wait for each other at every zoom.
 enum { ALONE_TILES = 16 };

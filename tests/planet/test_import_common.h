@@ -174,4 +174,34 @@ static inline double height_near(struct planet_file *f, int zoom, double lat_deg
     return heights[index];
 }
 
+// Of a raster to either side of 20 E: grey 90 and 240.
+static inline double half_grey(int band, double lon, double lat)
+{
+    (void)band;
+    (void)lat;
+    return lon > 20 ? 240 : 90;
+}
+
+static inline double palette_index(int band, double lon, double lat)
+{
+    (void)band;
+    (void)lat;
+    return lon > 20 ? 7 : 3;
+}
+
+// A raster of bytes with a palette: (200, 100, 50) west of 20 E and (20, 60, 180) east of it.
+static inline void write_palette(raster_spec s)
+{
+    s.bands = 1;
+    s.value = palette_index;
+    GDALDatasetH d = create_raster(&s);
+    GDALColorTableH table = GDALCreateColorTable(GPI_RGB);
+    GDALSetColorEntry(table, 3, &(GDALColorEntry){200, 100, 50, 255});
+    GDALSetColorEntry(table, 7, &(GDALColorEntry){20, 60, 180, 255});
+    GDALSetRasterColorTable(GDALGetRasterBand(d, 1), table);
+    GDALDestroyColorTable(table);
+    fill_band(d, &s, 1);
+    GDALClose(d);
+}
+
 #endif

@@ -223,20 +223,6 @@ static double two_colours(int band, double lon, double lat)
     return colours[lon > 20][band - 1];
 }
 
-static double two_greys(int band, double lon, double lat)
-{
-    (void)band;
-    (void)lat;
-    return lon > 20 ? 240 : 90;
-}
-
-static double two_numbers(int band, double lon, double lat)
-{
-    (void)band;
-    (void)lat;
-    return lon > 20 ? 7 : 3;
-}
-
 static double deep_colours(int band, double lon, double lat)
 {
     return 257 * two_colours(band, lon, lat);
@@ -269,8 +255,8 @@ static void test_colour(void **state)
     rgb.value = two_colours;
     rgba = rgb, rgba.name = "rgba.tif", rgba.bands = 4;
     deep = rgb, deep.name = "deep.tif", deep.type = GDT_UInt16, deep.value = deep_colours;
-    grey = rgb, grey.name = "grey.tif", grey.bands = 1, grey.value = two_greys;
-    palette = grey, palette.name = "palette.tif", palette.value = two_numbers;
+    grey = rgb, grey.name = "grey.tif", grey.bands = 1, grey.value = half_grey;
+    palette = grey, palette.name = "palette.tif";
     write_raster(&rgb);
     write_raster(&deep);
     write_raster(&grey);
@@ -278,14 +264,7 @@ static void test_colour(void **state)
     for (int b = 1; b <= 4; b++) fill_band(d, &rgba, b);
     GDALSetRasterColorInterpretation(GDALGetRasterBand(d, 4), GCI_AlphaBand);
     GDALClose(d);
-    d = create_raster(&palette);
-    GDALColorTableH table = GDALCreateColorTable(GPI_RGB);
-    GDALSetColorEntry(table, 3, &(GDALColorEntry){200, 100, 50, 255});
-    GDALSetColorEntry(table, 7, &(GDALColorEntry){20, 60, 180, 255});
-    GDALSetRasterColorTable(GDALGetRasterBand(d, 1), table);
-    GDALDestroyColorTable(table);
-    fill_band(d, &palette, 1);
-    GDALClose(d);
+    write_palette(palette);
     static const char *const names[] = {"rgb.tif", "deep.tif", "palette.tif", "rgba.tif",
                                         "grey.tif"};
     for (int i = 0; i < 5; i++) {
